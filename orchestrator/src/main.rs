@@ -1,0 +1,2 @@
+//! The command `slateswarm`.
+fn main() {}

@@ -1,0 +1,233 @@
+//! The immutable network of one board: rules, actions, initial and final facts, and the links of its
+//! facts to facts of other boards.
+
+use super::csr::{Csr, CsrView, numbers};
+use super::fact::Value;
+use crate::ids::{CraftId, FactId};
+use rkyv::{Archive, Deserialize, Serialize};
+
+/// A premise: a fact that must be asserted or, negated, known not to hold. Packed as
+/// `fact << 1 | is_negated`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Literal(pub u32);
+
+impl Literal {
+    /// The premise that `fact` is asserted.
+    #[must_use]
+    pub const fn holds(fact: FactId) -> Self {
+        Self(fact.0 << 1)
+    }
+
+    /// The premise that `fact` is de-asserted or known absent.
+    #[must_use]
+    pub const fn is_absent(fact: FactId) -> Self {
+        Self(fact.0 << 1 | 1)
+    }
+
+    /// The fact that is read.
+    #[inline]
+    #[must_use]
+    pub const fn fact(self) -> FactId {
+        FactId(self.0 >> 1)
+    }
+
+    /// Whether a fact of `value` satisfies the premise. Unknown satisfies neither form.
+    #[inline]
+    #[must_use]
+    pub const fn is_met_by(self, value: Value) -> bool {
+        value as u8 == self.wanted() as u8
+    }
+
+    /// The value that satisfies the premise; as an [`Assignment`], the value that is written.
+    #[inline]
+    #[must_use]
+    pub const fn wanted(self) -> Value {
+        if self.0 & 1 == 0 { Value::Asserted } else { Value::Absent }
+    }
+}
+
+/// An output: a fact that a firing asserts or, negated, de-asserts. Packed like a [`Literal`].
+pub type Assignment = Literal;
+
+/// The rules, actions and facts of one board, as flat arrays (in ids of this board).
+#[derive(Clone, Debug, Default, PartialEq, Eq, Archive, Serialize, Deserialize)]
+pub struct BoardNetwork {
+    /// How many facts the board has.
+    pub fact_count: u32,
+    /// Per rule its premises ([`Literal`]); repeats count twice.
+    pub premises: Csr,
+    /// Per rule the facts it writes ([`Assignment`]).
+    pub outputs: Csr,
+    /// Per rule the actions it queues.
+    pub queues: Csr,
+    /// Per action the facts it writes ([`Assignment`]).
+    pub action_outputs: Csr,
+    /// Per fact the rules that read it, as `rule << 1 | is_negated`; the reverse of `premises`.
+    pub readers: Csr,
+    /// Per fact the linked facts of other boards, two numbers a target: craft, fact.
+    pub links: Csr,
+    /// Rules that may fire again (ids, ascending).
+    pub repeating_rules: Vec<u32>,
+    /// Actions that may run again (ids, ascending).
+    pub repeating_actions: Vec<u32>,
+    /// Facts asserted at the start (ids, ascending).
+    pub initial: Vec<u32>,
+    /// Final facts (ids, ascending).
+    pub finals: Vec<u32>,
+}
+
+impl BoardNetwork {
+    /// Computes [`Self::readers`] from the premises.
+    pub fn index_readers(&mut self) {
+        let premises = self.premises.view();
+        let mut pairs = Vec::with_capacity(premises.item_count());
+        for rule in 0..premises.row_count() {
+            let rule_number = crate::ids::RuleId::from_index(rule).0;
+            pairs.extend(premises.row(rule).iter().map(|&packed| {
+                let literal = Literal(packed);
+                (literal.fact().0, rule_number << 1 | (packed & 1))
+            }));
+        }
+        self.readers = Csr::from_pairs(self.fact_count as usize, &pairs);
+    }
+
+    /// Reads the network in place.
+    #[must_use]
+    pub fn view(&self) -> BoardView<'_> {
+        BoardView {
+            fact_count: self.fact_count,
+            premises: self.premises.view(),
+            outputs: self.outputs.view(),
+            queues: self.queues.view(),
+            action_outputs: self.action_outputs.view(),
+            readers: self.readers.view(),
+            links: self.links.view(),
+            repeating_rules: &self.repeating_rules,
+            repeating_actions: &self.repeating_actions,
+            initial: &self.initial,
+            finals: &self.finals,
+        }
+    }
+}
+
+impl ArchivedBoardNetwork {
+    /// Reads the archived network in place.
+    #[must_use]
+    pub fn view(&self) -> BoardView<'_> {
+        BoardView {
+            fact_count: self.fact_count.to_native(),
+            premises: self.premises.view(),
+            outputs: self.outputs.view(),
+            queues: self.queues.view(),
+            action_outputs: self.action_outputs.view(),
+            readers: self.readers.view(),
+            links: self.links.view(),
+            repeating_rules: numbers(&self.repeating_rules),
+            repeating_actions: numbers(&self.repeating_actions),
+            initial: numbers(&self.initial),
+            finals: numbers(&self.finals),
+        }
+    }
+}
+
+/// A linked fact: `fact` on the board of `craft`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Target {
+    /// The board's craft.
+    pub craft: CraftId,
+    /// The fact, as that board numbers it.
+    pub fact: FactId,
+}
+
+/// One board's network, read in place. Fields as in [`BoardNetwork`].
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "documented at BoardNetwork")]
+pub struct BoardView<'a> {
+    pub fact_count: u32,
+    pub premises: CsrView<'a>,
+    pub outputs: CsrView<'a>,
+    pub queues: CsrView<'a>,
+    pub action_outputs: CsrView<'a>,
+    pub readers: CsrView<'a>,
+    pub links: CsrView<'a>,
+    pub repeating_rules: &'a [u32],
+    pub repeating_actions: &'a [u32],
+    pub initial: &'a [u32],
+    pub finals: &'a [u32],
+}
+
+impl<'a> BoardView<'a> {
+    /// How many rules the board has.
+    #[inline]
+    #[must_use]
+    pub fn rule_count(&self) -> u32 {
+        crate::ids::RuleId::from_index(self.premises.row_count()).0
+    }
+
+    /// How many actions the board has.
+    #[inline]
+    #[must_use]
+    pub fn action_count(&self) -> u32 {
+        crate::ids::ActionId::from_index(self.action_outputs.row_count()).0
+    }
+
+    /// The facts of other boards that a change of `fact` reaches, at most one per craft, ascending
+    /// by craft.
+    #[inline]
+    pub fn targets(&self, fact: FactId) -> impl ExactSizeIterator<Item = Target> + use<'a> {
+        self.links
+            .row(fact.index())
+            .chunks_exact(2)
+            .map(|pair| Target { craft: CraftId(pair[0]), fact: FactId(pair[1]) })
+    }
+
+    /// Whether a change of `fact` reaches another board.
+    #[inline]
+    #[must_use]
+    pub fn is_boundary(&self, fact: FactId) -> bool {
+        !self.links.row(fact.index()).is_empty()
+    }
+
+    /// The fact of `craft` that a change of `fact` reaches, if any.
+    #[inline]
+    #[must_use]
+    pub fn target_on(&self, fact: FactId, craft: CraftId) -> Option<FactId> {
+        self.targets(fact).find(|target| target.craft == craft).map(|target| target.fact)
+    }
+
+    /// Whether `fact` is final on this board.
+    #[inline]
+    #[must_use]
+    pub fn is_final(&self, fact: FactId) -> bool {
+        self.finals.binary_search(&fact.0).is_ok()
+    }
+
+    /// Whether every id in the network names something that exists.
+    #[must_use]
+    pub fn is_valid(&self, craft_count: usize) -> bool {
+        let facts = self.fact_count;
+        let rules = self.premises.row_count();
+        let actions = self.action_outputs.row_count();
+        let literal_is_valid = |packed: u32| packed >> 1 < facts;
+        let ascends_below = |ids: &[u32], bound: u32| {
+            ids.windows(2).all(|pair| pair[0] < pair[1])
+                && ids.last().is_none_or(|&last| last < bound)
+        };
+        self.premises.is_valid(rules, literal_is_valid)
+            && self.outputs.is_valid(rules, literal_is_valid)
+            && self.queues.is_valid(rules, |action| (action as usize) < actions)
+            && self.action_outputs.is_valid(actions, literal_is_valid)
+            && self.readers.is_valid(facts as usize, |rule| ((rule >> 1) as usize) < rules)
+            && self.readers.item_count() == self.premises.item_count()
+            && self.links.is_valid(facts as usize, |_| true)
+            && (0..facts as usize).all(|fact| {
+                let row = self.links.row(fact);
+                row.len().is_multiple_of(2)
+                    && row.chunks_exact(2).all(|pair| (pair[0] as usize) < craft_count)
+            })
+            && ascends_below(self.repeating_rules, self.rule_count())
+            && ascends_below(self.repeating_actions, self.action_count())
+            && ascends_below(self.initial, facts)
+            && ascends_below(self.finals, facts)
+    }
+}

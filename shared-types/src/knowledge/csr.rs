@@ -1,0 +1,146 @@
+//! Compressed sparse rows: a table of lists as two flat arrays, so that a row is one slice.
+
+use rkyv::{Archive, Deserialize, Serialize};
+use zerocopy::{FromBytes, IntoBytes};
+
+/// Row `i` is `items[starts[i]..starts[i + 1]]`; `starts` has one entry more than there are rows.
+#[derive(Clone, Debug, PartialEq, Eq, Archive, Serialize, Deserialize)]
+pub struct Csr {
+    starts: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Default for Csr {
+    fn default() -> Self {
+        Self { starts: vec![0], items: Vec::new() }
+    }
+}
+
+impl Csr {
+    /// An empty table with room for `rows` rows of `items` entries together.
+    #[must_use]
+    pub fn with_capacity(rows: usize, items: usize) -> Self {
+        let mut starts = Vec::with_capacity(rows + 1);
+        starts.push(0);
+        Self { starts, items: Vec::with_capacity(items) }
+    }
+
+    /// Removes all rows and keeps the memory.
+    pub fn clear(&mut self) {
+        self.starts.truncate(1);
+        self.items.clear();
+    }
+
+    /// Appends one entry to the row that [`Self::finish_row`] will close.
+    #[inline]
+    pub fn push_item(&mut self, item: u32) {
+        self.items.push(item);
+    }
+
+    /// Closes the row of all entries pushed since the last call.
+    ///
+    /// # Panics
+    /// If the table holds more than 2^32 entries.
+    #[inline]
+    pub fn finish_row(&mut self) {
+        let end = u32::try_from(self.items.len()).expect("invariant: tables stay below 2^32 rows");
+        self.starts.push(end);
+    }
+
+    /// Appends a whole row.
+    pub fn push_row(&mut self, row: impl IntoIterator<Item = u32>) {
+        self.items.extend(row);
+        self.finish_row();
+    }
+
+    /// Builds the table of `rows` rows from (row, item) pairs, keeping the order of the pairs within
+    /// a row (a counting sort: linear in rows and pairs).
+    ///
+    /// # Panics
+    /// If a pair names a row that does not exist.
+    #[must_use]
+    pub fn from_pairs(rows: usize, pairs: &[(u32, u32)]) -> Self {
+        let mut starts = vec![0_u32; rows + 1];
+        for &(row, _) in pairs {
+            starts[row as usize + 1] += 1;
+        }
+        for row in 0..rows {
+            starts[row + 1] += starts[row];
+        }
+        let mut next: Vec<u32> = starts[..rows].to_vec();
+        let mut items = vec![0_u32; pairs.len()];
+        for &(row, item) in pairs {
+            let slot = &mut next[row as usize];
+            items[*slot as usize] = item;
+            *slot += 1;
+        }
+        Self { starts, items }
+    }
+
+    /// Reads the table in place.
+    #[inline]
+    #[must_use]
+    pub fn view(&self) -> CsrView<'_> {
+        CsrView { starts: &self.starts, items: &self.items }
+    }
+}
+
+impl ArchivedCsr {
+    /// Reads the archived table in place.
+    #[inline]
+    #[must_use]
+    pub fn view(&self) -> CsrView<'_> {
+        CsrView { starts: numbers(&self.starts), items: numbers(&self.items) }
+    }
+}
+
+/// The numbers of an archive as native ones. The archive is little-endian; so is every 64-bit Linux
+/// that this crate builds for, hence the bytes are the numbers.
+#[inline]
+pub(super) fn numbers(archived: &[rend::u32_le]) -> &[u32] {
+    const { assert!(cfg!(target_endian = "little"), "archives are read in place") };
+    <[u32]>::ref_from_bytes(archived.as_bytes()).expect("invariant: u32_le has the layout of u32")
+}
+
+/// A table of lists, read in place.
+#[derive(Clone, Copy, Debug)]
+pub struct CsrView<'a> {
+    starts: &'a [u32],
+    items: &'a [u32],
+}
+
+impl<'a> CsrView<'a> {
+    /// How many rows there are.
+    #[inline]
+    #[must_use]
+    pub fn row_count(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// How many entries all rows have together.
+    #[inline]
+    #[must_use]
+    pub fn item_count(&self) -> usize {
+        self.items.len()
+    }
+
+    /// Row `index`.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    #[inline]
+    #[must_use]
+    pub fn row(&self, index: usize) -> &'a [u32] {
+        &self.items[self.starts[index] as usize..self.starts[index + 1] as usize]
+    }
+
+    /// Whether the arrays form a table of `rows` rows whose entries all pass `item_is_valid`.
+    #[must_use]
+    pub fn is_valid(&self, rows: usize, item_is_valid: impl Fn(u32) -> bool) -> bool {
+        self.starts.len() == rows + 1
+            && self.starts.first() == Some(&0)
+            && self.starts.windows(2).all(|pair| pair[0] <= pair[1])
+            && self.starts.last().is_some_and(|&end| end as usize == self.items.len())
+            && self.items.iter().all(|&item| item_is_valid(item))
+    }
+}

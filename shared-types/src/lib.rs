@@ -1,0 +1,14 @@
+//! The contract between Slateswarm's processes: the vocabulary and how it travels.
+//!
+//! Start with [`knowledge`] (facts, versions, networks), then [`wire`] (headers and records) and
+//! [`transport`] (the port that every craft sends and receives through, with its adapters). Nothing
+//! here decides anything: reasoning and strategies live in the `agent` crate.
+
+pub mod ids;
+pub mod knowledge;
+pub mod limits;
+pub mod rng;
+pub mod scenario;
+pub mod time;
+pub mod transport;
+pub mod wire;

@@ -1,0 +1,62 @@
+//! Every bound of the system, in one place. A bound that is exceeded is refused with the number
+//! that was needed; nothing grows without one. Relations between bounds are checked at compile time.
+
+/// Most crafts of a real fleet: one process each, all-to-all descriptors stay below what
+/// `RLIMIT_NOFILE` usually allows. The centre of the central strategies comes on top.
+pub const REAL_CRAFTS_MAX: u32 = 128;
+
+/// Largest simulated fleet that tests cover.
+pub const SIMULATED_CRAFTS_TESTED: u32 = 10_000;
+
+/// Largest simulated fleet that is accepted.
+pub const SIMULATED_CRAFTS_MAX: u32 = 100_000;
+
+/// Fewest crafts of a fleet.
+pub const CRAFTS_MIN: u32 = 1;
+
+/// Most facts, rules or actions of one explicit board.
+pub const BOARD_ITEMS_MAX: u32 = 1_000_000;
+
+/// Most turns of one trial, whatever the scenario says.
+pub const TURNS_MAX: u32 = 1_000_000;
+
+/// The published experiment drops trials that reach no final fact in this many turns.
+pub const PUBLISHED_TURNS_MAX: u32 = 200;
+
+/// Samples that a receiver's inbox holds before a sender is told that it is full.
+pub const INBOX_SAMPLES: usize = 64;
+
+/// Samples that the orchestrator's own inbox holds: every craft may report twice a turn.
+pub const ORCHESTRATOR_INBOX_SAMPLES: usize = 1024;
+
+/// Samples kept locally for one unicast destination whose inbox is full.
+pub const OUTBOX_SAMPLES: usize = 256;
+
+/// Samples of one publisher that may be loaned at once.
+pub const LOANS: usize = 2;
+
+/// Longest payload of an inbox or multicast sample, in bytes; longer messages go over `bulk`.
+pub const INBOX_PAYLOAD_BYTES: usize = 64 * 1024;
+
+/// Most padding that a record may be given, in bytes, beyond its own size.
+pub const RECORD_PADDING_BYTES_MAX: u32 = 4096;
+
+/// Most changes of one firing.
+pub const CHANGES_PER_FIRING_MAX: usize = 1024;
+
+/// Requests that one craft of the `pipelined` central strategy may have in flight.
+pub const PIPELINE_DEPTH: usize = 32;
+
+/// Times that an idle process yields before it sleeps on its bell (adaptive wake-up).
+pub const YIELDS_BEFORE_SLEEP: u32 = 20;
+
+/// Shortest and longest prefix + root path that still fits a Unix socket address, in bytes.
+pub const RUN_PATH_BYTES_MAX: usize = 60;
+
+/// Descriptors that a run asks for at least, as soft limit.
+pub const OPEN_FILES_MIN: u64 = 4096;
+
+const _: () = assert!(REAL_CRAFTS_MAX < SIMULATED_CRAFTS_TESTED);
+const _: () = assert!(SIMULATED_CRAFTS_TESTED <= SIMULATED_CRAFTS_MAX);
+const _: () = assert!(PIPELINE_DEPTH < INBOX_SAMPLES);
+const _: () = assert!(PUBLISHED_TURNS_MAX <= TURNS_MAX);

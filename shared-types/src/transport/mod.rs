@@ -1,0 +1,143 @@
+//! The port through which a process sends and receives, and its adapters.
+//!
+//! A process owns one [`Endpoint`]. Sending never blocks: a unicast that the receiver's full inbox
+//! does not take waits in a bounded local outbox and is tried again on every [`Endpoint::flush`]; a
+//! multicast that some receivers missed is repaired by unicast. Receiving hands every verified sample
+//! to a visitor while it still lies in shared memory. Sequence numbers are put on and checked here,
+//! so that the core above never sees a sample twice and every loss is a counter.
+//!
+//! Adapters: [`memory`] (a deterministic in-process network) and `iceoryx` (shared memory, feature
+//! `shell`). One conformance suite holds both to the same laws.
+
+use crate::ids::CraftId;
+use crate::wire::{Header, Losses};
+
+/// Where a sample goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Destination {
+    /// The inbox of one craft (the centre is craft N).
+    Craft(CraftId),
+    /// The inbox of the orchestrator.
+    Orchestrator,
+    /// Every other craft.
+    Multicast,
+    /// Every craft, from the orchestrator: turns, epochs, start and stop.
+    Turn,
+    /// Every craft, from the orchestrator: the networks of an epoch.
+    World,
+}
+
+/// Why a send failed for good.
+#[derive(Debug, thiserror::Error)]
+pub enum SendError {
+    /// The destination's port was not opened for this epoch.
+    #[error("no port is open to {0:?}")]
+    NotOpen(Destination),
+    /// Longer than the service takes.
+    #[error("{needed} bytes do not fit the service, which takes {limit}")]
+    TooLong {
+        /// Payload bytes.
+        needed: usize,
+        /// What the service takes.
+        limit: usize,
+    },
+    /// Inbox and outbox are full; the sample was dropped and counted.
+    #[error("the outbox to {0:?} is full")]
+    OutboxFull(Destination),
+    /// The transport itself failed.
+    #[error("{operation} failed: {detail}")]
+    Transport {
+        /// What was tried.
+        operation: &'static str,
+        /// What the transport said.
+        detail: String,
+    },
+}
+
+/// Which peers a process sends to in an epoch; what it does not need is closed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Peers {
+    /// Unicast destinations, ascending.
+    pub unicast: Vec<CraftId>,
+    /// Whether it sends multicasts.
+    pub sends_multicast: bool,
+    /// Whether it receives multicasts.
+    pub receives_multicast: bool,
+}
+
+/// How a process waits when nothing has arrived.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum WakeMode {
+    /// Yields the core and looks again; never sleeps, needs no bells.
+    Poll,
+    /// Looks again a few times, then sleeps on its bell.
+    #[default]
+    Adaptive,
+    /// Sleeps on its bell at once.
+    Block,
+}
+
+/// What a process sends and receives through.
+///
+/// Every sample handed to the visitor of [`Self::drain`] has passed [`Header::verify`] and the
+/// sequence check. Order is kept per source and destination service.
+pub trait Endpoint {
+    /// Opens what the epoch needs and closes the rest. Unicast to the orchestrator, and the services
+    /// `Turn` and `World`, are always open.
+    ///
+    /// # Errors
+    /// If a port cannot be opened.
+    fn open_ports(&mut self, peers: &Peers) -> Result<(), SendError>;
+
+    /// Brings up the connections to every port that is open by now.
+    ///
+    /// # Errors
+    /// If the transport fails.
+    fn update_connections(&mut self) -> Result<(), SendError>;
+
+    /// Sends one sample: loans `length` bytes, lets `write` fill them where they lie, fills the
+    /// header's run, source, incarnation, destination, sequence, length and checksum, sends.
+    ///
+    /// # Errors
+    /// If the sample is lost for good. A full inbox is no error: the sample waits in the outbox.
+    fn send(
+        &mut self,
+        to: Destination,
+        header: Header,
+        length: usize,
+        write: &mut dyn FnMut(&mut [u8]),
+    ) -> Result<(), SendError>;
+
+    /// Tries again what waits in the outbox; returns how many samples still wait.
+    ///
+    /// # Errors
+    /// If the transport fails.
+    fn flush(&mut self) -> Result<usize, SendError>;
+
+    /// Hands every sample that has arrived to `visit`, with where it was addressed to; returns how
+    /// many there were. `World` samples are not among them: see [`Self::take_world`].
+    ///
+    /// # Errors
+    /// If the transport fails; refused samples are counted, not errors.
+    fn drain(
+        &mut self,
+        visit: &mut dyn FnMut(Destination, &Header, &[u8]),
+    ) -> Result<usize, SendError>;
+
+    /// Wakes the sleepers among those that this endpoint sent to since the last call.
+    fn ring(&mut self);
+
+    /// What was lost, refused or repeated since the last call.
+    fn take_losses(&mut self) -> Losses;
+}

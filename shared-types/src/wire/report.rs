@@ -1,0 +1,136 @@
+//! What a craft counted in one trial.
+
+use rkyv::{Archive, Deserialize, Serialize};
+
+/// How many classes of traffic there are.
+pub const CLASS_COUNT: usize = 7;
+
+/// Traffic of one class, counted where it happens.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    Archive,
+    Serialize,
+    Deserialize,
+    serde::Serialize,
+    serde::Deserialize,
+)]
+pub struct Traffic {
+    /// All changes of one firing over one hop (a multicast is one).
+    pub requests: u64,
+    /// Samples published.
+    pub transmissions: u64,
+    /// Samples received, a craft's own multicasts not counted.
+    pub deliveries: u64,
+    /// Records and headers published.
+    pub bytes_sent: u64,
+    /// Records and headers received.
+    pub bytes_received: u64,
+}
+
+impl std::ops::AddAssign for Traffic {
+    fn add_assign(&mut self, other: Self) {
+        self.requests += other.requests;
+        self.transmissions += other.transmissions;
+        self.deliveries += other.deliveries;
+        self.bytes_sent += other.bytes_sent;
+        self.bytes_received += other.bytes_received;
+    }
+}
+
+/// What went wrong or was out of the ordinary; all zero in a lossless run, except `full_inboxes`.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    Archive,
+    Serialize,
+    Deserialize,
+    serde::Serialize,
+    serde::Deserialize,
+)]
+pub struct Losses {
+    /// Samples of another epoch.
+    pub late: u64,
+    /// Samples refused: version, run, length, checksum, kind, record.
+    pub refused: u64,
+    /// Samples of an older life of their source.
+    pub old_incarnation: u64,
+    /// Samples missing in a sequence.
+    pub gaps: u64,
+    /// Samples that came twice.
+    pub repeats: u64,
+    /// Sends that found the receiver's inbox full and waited in the outbox.
+    pub full_inboxes: u64,
+    /// Samples that found the outbox full as well and were dropped.
+    pub full_outboxes: u64,
+    /// Receivers that missed a multicast and got it by unicast.
+    pub missed_multicasts: u64,
+}
+
+impl std::ops::AddAssign for Losses {
+    fn add_assign(&mut self, other: Self) {
+        self.late += other.late;
+        self.refused += other.refused;
+        self.old_incarnation += other.old_incarnation;
+        self.gaps += other.gaps;
+        self.repeats += other.repeats;
+        self.full_inboxes += other.full_inboxes;
+        self.full_outboxes += other.full_outboxes;
+        self.missed_multicasts += other.missed_multicasts;
+    }
+}
+
+impl Losses {
+    /// Whether something was lost for good, so that the run is partial.
+    #[must_use]
+    pub const fn is_partial(&self) -> bool {
+        self.late + self.refused + self.old_incarnation + self.gaps + self.full_outboxes > 0
+    }
+}
+
+/// Everything that one process counted in one trial.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Archive, Serialize, Deserialize)]
+pub struct Counters {
+    /// By [`super::Class`].
+    pub traffic: [Traffic; CLASS_COUNT],
+    /// Samples of classes replication and reply received, by the craft that sent them (dense, the
+    /// centre last).
+    pub deliveries_from: Vec<u64>,
+    /// Sum of hop counts over the samples for which this craft was a final receiver.
+    pub hops: u64,
+    /// Firings run.
+    pub firings: u64,
+    /// Firings that changed a boundary fact.
+    pub boundary_firings: u64,
+    /// Turns without a candidate.
+    pub idle_turns: u64,
+    /// Merges decided by the craft id because the counts were equal.
+    pub conflicts: u64,
+    /// Out of the ordinary.
+    pub losses: Losses,
+}
+
+/// One process's report of one trial, sent as an archive.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Archive, Serialize, Deserialize)]
+pub struct TrialReport {
+    /// The craft.
+    pub craft: u32,
+    /// What it counted.
+    pub counters: Counters,
+    /// Digest per home board held here: (craft, digest). A craft holds its own, the centre all.
+    pub board_digests: Vec<(u32, u64)>,
+    /// Digest of the replica store; 0 if the strategy keeps none.
+    pub replica_digest: u64,
+    /// CPU time of the process in the epoch, from its first turn to its report, ns; 0 in simulation.
+    pub cpu_ns: u64,
+    /// Resident memory at the report, bytes; 0 in simulation.
+    pub resident_bytes: u64,
+}
