@@ -1,1 +1,5 @@
 //! The orchestrator.
+
+pub mod outcome;
+pub mod report;
+pub mod results;
