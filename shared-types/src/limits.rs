@@ -32,6 +32,9 @@ pub const ORCHESTRATOR_INBOX_SAMPLES: usize = 1024;
 /// Samples kept locally for one unicast destination whose inbox is full.
 pub const OUTBOX_SAMPLES: usize = 256;
 
+/// Samples that one call to drain hands over at most, so that nobody can be kept there.
+pub const DRAIN_SAMPLES_MAX: usize = 4096;
+
 /// Samples of one publisher that may be loaned at once.
 pub const LOANS: usize = 2;
 

@@ -2,12 +2,23 @@
 //!
 //! A process owns one [`Endpoint`]. Sending never blocks: a unicast that the receiver's full inbox
 //! does not take waits in a bounded local outbox and is tried again on every [`Endpoint::flush`]; a
-//! multicast that some receivers missed is repaired by unicast. Receiving hands every verified sample
-//! to a visitor while it still lies in shared memory. Sequence numbers are put on and checked here,
-//! so that the core above never sees a sample twice and every loss is a counter.
+//! multicast that some receivers missed is repaired by unicast: the sample itself, header unchanged,
+//! so that the receiver counts it as the one delivery that it missed ([`Losses::missed_multicasts`] is
+//! the number of such repairs). Receiving hands every verified sample to a visitor while it still lies
+//! in shared memory. Sequence numbers are put on and checked here, so that the core above never sees
+//! a sample twice and every loss is a counter.
 //!
-//! Adapters: [`memory`] (a deterministic in-process network) and `iceoryx` (shared memory, feature
+//! Adapters: `memory` (a deterministic in-process network) and `iceoryx` (shared memory, feature
 //! `shell`). One conformance suite holds both to the same laws.
+
+#[cfg(feature = "shell")]
+pub mod clock;
+#[cfg(feature = "shell")]
+pub mod paths;
+pub mod topic;
+
+#[cfg(feature = "shell")]
+pub use paths::RunPaths;
 
 use crate::ids::CraftId;
 use crate::wire::{Header, Losses};
@@ -88,6 +99,40 @@ pub enum WakeMode {
     Block,
 }
 
+/// A sample of the `World` service, owned by whoever took it and read where it lies (16-byte aligned,
+/// so that an archive is accessed in place). It does not borrow the endpoint.
+pub struct WorldSample {
+    /// Its header, verified.
+    pub header: Header,
+    bytes: Box<dyn AsRef<[u8]>>,
+}
+
+impl WorldSample {
+    /// A sample of `header` over `bytes`.
+    #[must_use]
+    pub fn new(header: Header, bytes: impl AsRef<[u8]> + 'static) -> Self {
+        Self { header, bytes: Box::new(bytes) }
+    }
+}
+
+impl std::ops::Deref for WorldSample {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        (*self.bytes).as_ref()
+    }
+}
+
+impl std::fmt::Debug for WorldSample {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("WorldSample")
+            .field("header", &self.header)
+            .field("bytes", &self.len())
+            .finish()
+    }
+}
+
 /// What a process sends and receives through.
 ///
 /// Every sample handed to the visitor of [`Self::drain`] has passed [`Header::verify`] and the
@@ -119,14 +164,22 @@ pub trait Endpoint {
         write: &mut dyn FnMut(&mut [u8]),
     ) -> Result<(), SendError>;
 
+    /// The newest `World` sample, if one arrived since the last call. It stays where it lies until
+    /// it is dropped; drop the old one first.
+    ///
+    /// # Errors
+    /// If the transport fails; a refused sample is counted and `None`.
+    fn take_world(&mut self) -> Result<Option<WorldSample>, SendError>;
+
     /// Tries again what waits in the outbox; returns how many samples still wait.
     ///
     /// # Errors
     /// If the transport fails.
     fn flush(&mut self) -> Result<usize, SendError>;
 
-    /// Hands every sample that has arrived to `visit`, with where it was addressed to; returns how
-    /// many there were. `World` samples are not among them: see [`Self::take_world`].
+    /// Hands the samples that have arrived to `visit`, with where they were addressed to; returns how
+    /// many there were. `World` samples are not among them: see [`Self::take_world`]. A sender that
+    /// never pauses cannot keep the caller here: one call hands over a bounded number.
     ///
     /// # Errors
     /// If the transport fails; refused samples are counted, not errors.
