@@ -1,1 +1,4 @@
 //! The craft.
+
+#[cfg(feature = "shell")]
+pub mod process;
