@@ -1,0 +1,73 @@
+//! `[link]` and `[faults]`: what the way between two crafts, and a craft itself, suffers.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// `[link]`: the way between two crafts. Acts in simulation only.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Link {
+    /// Share of samples that are lost, 0 to 1; default 0.
+    pub loss: f64,
+    /// Delay of every sample, ms; default 0. Propagation from positions comes on top.
+    pub delay_ms: f64,
+    /// What a link carries, bits per second; default without limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bandwidth_bits_per_s: Option<f64>,
+    /// Turns in which a craft hears and reaches nobody.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outages: Vec<Outage>,
+    /// Takes range and propagation delay from the crafts' positions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_positions: Option<FromPositions>,
+}
+
+/// `[[link.outages]]`: a craft is cut off.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Outage {
+    /// The craft.
+    pub craft: String,
+    /// First turn of the outage.
+    pub from_turn: u32,
+    /// First turn after it.
+    pub until_turn: u32,
+}
+
+/// `[link.from-positions]`: who is in range, and how long a sample travels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FromPositions {
+    /// How far a radio reaches, m. Crafts that share a boundary fact must be in range of each other.
+    pub range_m: f64,
+    /// Speed of propagation, m/s; default that of light.
+    #[serde(default = "speed_of_light")]
+    pub propagation_m_per_s: f64,
+}
+
+/// In vacuum, m/s (exact by definition of the metre).
+const fn speed_of_light() -> f64 {
+    299_792_458.0
+}
+
+/// `[faults]`: what happens to crafts. Checked, not run yet.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Faults {
+    /// Processes that are killed or stopped.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub process: Vec<ProcessFault>,
+}
+
+/// `[[faults.process]]`: one craft fails.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ProcessFault {
+    /// The craft.
+    pub craft: String,
+    /// The turn in which it fails.
+    pub at_turn: u32,
+    /// Turns until it goes on; left out: it never does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_turns: Option<u32>,
+}

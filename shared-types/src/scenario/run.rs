@@ -1,0 +1,60 @@
+//! `[run]`: how often, how long, from which seed.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// `[run]`: what is executed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Run {
+    /// How the fleet is run; default `lockstep`.
+    pub mode: RunMode,
+    /// Most turns of one trial; one that reaches no final fact by then is dropped and counted.
+    /// Default 200.
+    pub turns: u32,
+    /// Trials for each strategy; default 10.
+    pub trials: u32,
+    /// The seed of everything that is drawn, 0 to 2^63 - 1; default 1.
+    pub seed: u64,
+    /// How long a turn may stay unbalanced before the trial ends, ms; default 5000.
+    pub turn_limit_ms: u32,
+    /// Epochs that only measure turn time, with the end condition off; default 0.
+    pub timing_epochs: u32,
+    /// Turns of one such epoch; default 200.
+    pub timing_turns: u32,
+    /// Changes per second that the fleet is offered in `open` mode.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_per_s: Option<f64>,
+    /// Length of a trial in `open` mode, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+}
+
+impl Default for Run {
+    fn default() -> Self {
+        Self {
+            mode: RunMode::default(),
+            turns: crate::limits::PUBLISHED_TURNS_MAX,
+            trials: 10,
+            seed: 1,
+            turn_limit_ms: 5000,
+            timing_epochs: 0,
+            timing_turns: 200,
+            rate_per_s: None,
+            duration_s: None,
+        }
+    }
+}
+
+/// How a fleet is run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RunMode {
+    /// Real processes, turn by turn.
+    #[default]
+    Lockstep,
+    /// The same turns in one process, on a virtual clock.
+    Simulated,
+    /// Real processes, a trace of writes replayed on its schedule.
+    Open,
+}
