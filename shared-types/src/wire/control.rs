@@ -45,8 +45,6 @@ pub enum TurnPhase {
     Held = 1,
     /// The closed turn is merged.
     Merged = 2,
-    /// A craft of the central strategies has signed off, the centre has seen all sign-offs.
-    SignedOff = 3,
 }
 
 /// Craft to orchestrator: one line of the turn's ledger. Numbers are totals of the turn so far.
@@ -76,7 +74,6 @@ impl TurnReport {
             0 => Some(TurnPhase::Fired),
             1 => Some(TurnPhase::Held),
             2 => Some(TurnPhase::Merged),
-            3 => Some(TurnPhase::SignedOff),
             _ => None,
         }
     }

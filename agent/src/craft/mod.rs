@@ -1,0 +1,243 @@
+//! One step of a craft: receive → merge → agenda → draw → fire → changes → strategy plans.
+//!
+//! [`Craft`] is one process's core. Calls go down and plans come up: arrivals, commands and `now` are
+//! arguments, and what shall be sent is put into the [`Outbox`], which [`dispatch`] publishes through
+//! an endpoint. A craft is autonomous, a client of the centre, or the centre, as the epoch's strategy
+//! says. Not here: the clock, the transport, waiting (the shells).
+
+mod autonomous;
+pub mod dispatch;
+mod outbox;
+
+pub use outbox::{Counting, Held, Outbox, Outgoing};
+
+use crate::replication::central::Client;
+use crate::replication::centre::Centre;
+use autonomous::Autonomous;
+use shared_types::ids::{CraftId, Firing};
+use shared_types::knowledge::{Change, FleetView};
+use shared_types::time::Nanos;
+use shared_types::transport::Peers;
+use shared_types::wire::{
+    Class, DeltaReader, EpochSpec, Header, Kind, Refusal, TrialReport, TurnCommand, TurnPhase,
+    TurnReport,
+};
+
+/// Which part a process plays in an epoch.
+#[derive(Debug)]
+enum Role {
+    /// No epoch yet, or the centre in an epoch that has none.
+    Absent,
+    /// Reasons on its own board and replicates.
+    Autonomous(Box<Autonomous>),
+    /// Is told what to do.
+    Client(Box<Client>),
+    /// Holds all boards.
+    Centre(Box<Centre>),
+}
+
+/// The core of one process.
+#[derive(Debug)]
+pub struct Craft {
+    craft: CraftId,
+    epoch: u32,
+    role: Role,
+    counting: Counting,
+    /// Records of the sample at hand.
+    received: Vec<Change>,
+}
+
+impl Craft {
+    /// The core of process `craft`; id N of a fleet of N is the centre.
+    #[must_use]
+    pub fn new(craft: CraftId) -> Self {
+        Self {
+            craft,
+            epoch: u32::MAX,
+            role: Role::Absent,
+            counting: Counting::default(),
+            received: Vec::new(),
+        }
+    }
+
+    /// Starts an epoch: boards as before the first turn, counters at zero.
+    pub fn begin_epoch(&mut self, spec: &EpochSpec, fleet: &FleetView<'_>) {
+        self.epoch = spec.epoch;
+        self.counting.begin_epoch(spec, fleet.boards.len() + 1);
+        let is_centre = self.craft.0 == fleet.craft_count();
+        match (&mut self.role, spec.strategy.has_centre(), is_centre) {
+            (Role::Centre(centre), true, true) => centre.begin_epoch(spec, fleet),
+            (Role::Client(client), true, false) => client.begin_epoch(self.craft, spec, fleet),
+            (Role::Autonomous(craft), false, false) => craft.begin_epoch(self.craft, spec, fleet),
+            (role, true, true) => {
+                let mut centre = Box::<Centre>::default();
+                centre.begin_epoch(spec, fleet);
+                *role = Role::Centre(centre);
+            }
+            (role, true, false) => {
+                let mut client = Box::<Client>::default();
+                client.begin_epoch(self.craft, spec, fleet);
+                *role = Role::Client(client);
+            }
+            (role, false, false) => {
+                let mut craft = Box::new(Autonomous::new());
+                craft.begin_epoch(self.craft, spec, fleet);
+                *role = Role::Autonomous(craft);
+            }
+            (role, false, true) => *role = Role::Absent,
+        }
+    }
+
+    /// Replaces the strategy of an autonomous craft: tests plant mutants this way.
+    pub fn plant(&mut self, strategy: Box<dyn crate::replication::Strategy>) {
+        if let Role::Autonomous(craft) = &mut self.role {
+            craft.plant(strategy);
+        }
+    }
+
+    /// The ports that this epoch needs.
+    #[must_use]
+    pub fn peers(&self, fleet: &FleetView<'_>) -> Peers {
+        match &self.role {
+            Role::Absent => Peers::default(),
+            Role::Autonomous(craft) => craft.peers(fleet),
+            Role::Client(_) => Client::peers(fleet),
+            Role::Centre(_) => Centre::peers(fleet),
+        }
+    }
+
+    /// Carries out a turn command that was given at `now`.
+    pub fn command(
+        &mut self,
+        now: Nanos,
+        command: &TurnCommand,
+        fleet: &FleetView<'_>,
+        out: &mut Outbox,
+    ) {
+        if let (Role::Autonomous(craft), Some(turn)) = (&mut self.role, command.closed()) {
+            craft.close_turn(turn, fleet, &mut self.counting);
+        }
+        if let (true, Some(turn)) = (command.wants_merged != 0, command.closed()) {
+            let is_final = match &self.role {
+                Role::Autonomous(craft) => craft.has_final(fleet),
+                _ => false,
+            };
+            out.reports.push(TurnReport {
+                turn: turn.0,
+                phase: TurnPhase::Merged as u32,
+                firing: Firing::IDLE.0,
+                owed: 0,
+                held: 0,
+                is_final: u32::from(is_final),
+            });
+        }
+        if let Some(turn) = command.opened() {
+            match &mut self.role {
+                Role::Autonomous(craft) => {
+                    craft.open_turn(now, turn, fleet, &mut self.counting, out);
+                }
+                Role::Client(client) => client.open_turn(now, turn, &mut self.counting, out),
+                Role::Centre(centre) => centre.open_turn(turn),
+                Role::Absent => {}
+            }
+        }
+        if command.is_last != 0 {
+            match &mut self.role {
+                Role::Client(client) => client.sign_off(&mut self.counting, out),
+                Role::Centre(_) => {}
+                Role::Autonomous(_) | Role::Absent => out.is_finished = true,
+            }
+        }
+    }
+
+    /// Takes a verified sample of the classes replication and reply.
+    ///
+    /// # Errors
+    /// If its records do not fill it, name something that does not exist, or do not belong to the
+    /// conversation. The sample is counted as refused and changes nothing.
+    pub fn receive(
+        &mut self,
+        class: Class,
+        kind: Kind,
+        header: &Header,
+        payload: &[u8],
+        fleet: &FleetView<'_>,
+        out: &mut Outbox,
+    ) -> Result<(), Refusal> {
+        if header.epoch != self.epoch {
+            self.counting.counters.losses.late += 1;
+            return Ok(());
+        }
+        let result = self.take(class, kind, header, payload, fleet, out);
+        if result.is_err() {
+            self.counting.counters.losses.refused += 1;
+        }
+        result
+    }
+
+    /// Ends a step: reports what has arrived since the last report of the open turn.
+    pub fn settle(&mut self, out: &mut Outbox) {
+        if let Role::Autonomous(craft) = &mut self.role {
+            craft.report_held(out);
+        }
+    }
+
+    /// What the process counted in the epoch.
+    pub fn counting_mut(&mut self) -> &mut Counting {
+        &mut self.counting
+    }
+
+    /// The report of the epoch; CPU time and memory are the shell's to add.
+    #[must_use]
+    pub fn report(&self) -> TrialReport {
+        let mut report = TrialReport {
+            craft: self.craft.0,
+            counters: self.counting.counters.clone(),
+            ..TrialReport::default()
+        };
+        match &self.role {
+            Role::Absent | Role::Client(_) => {}
+            Role::Autonomous(craft) => {
+                report.board_digests = vec![(self.craft.0, craft.digest())];
+                report.replica_digest = craft.replica_digest();
+            }
+            Role::Centre(centre) => report.board_digests = centre.digests(),
+        }
+        report
+    }
+
+    fn take(
+        &mut self,
+        class: Class,
+        kind: Kind,
+        header: &Header,
+        payload: &[u8],
+        fleet: &FleetView<'_>,
+        out: &mut Outbox,
+    ) -> Result<(), Refusal> {
+        let reader = DeltaReader::new(payload, header.record_count).ok_or(Refusal::Length)?;
+        self.received.clear();
+        for change in reader.changes() {
+            let change = change.ok_or(Refusal::Record)?;
+            let writer = fleet.boards.get(change.version.writer.index()).ok_or(Refusal::Record)?;
+            if change.fact.0 >= writer.fact_count {
+                return Err(Refusal::Record);
+            }
+            self.received.push(change);
+        }
+        self.counting.received(class, header, payload.len())?;
+        let (changes, counting) = (&self.received[..], &mut self.counting);
+        match (&mut self.role, kind) {
+            (Role::Autonomous(craft), Kind::Delta) => {
+                craft.receive_delta(header, changes, fleet, counting, out)
+            }
+            (Role::Client(client), Kind::Reply) => {
+                client.receive_reply(header, changes, fleet, counting, out)
+            }
+            (Role::Centre(centre), _) => {
+                centre.receive_request(kind, header, changes, fleet, counting, out)
+            }
+            _ => Err(Refusal::Kind),
+        }
+    }
+}

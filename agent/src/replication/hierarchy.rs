@@ -1,0 +1,59 @@
+//! `hierarchy`: changes of boundary facts travel hop by hop along the tree, over the edges of the
+//! subtree that spans the source and the sharers; relays do not apply what they pass on.
+
+use super::{Context, Plans, Strategy};
+use shared_types::ids::CraftId;
+use shared_types::knowledge::Change;
+use shared_types::transport::Peers;
+
+/// Hop by hop along the tree.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Hierarchy;
+
+impl Strategy for Hierarchy {
+    fn plan(&mut self, context: &Context<'_>, changes: &[Change], plans: &mut Plans) {
+        // No hop leads back to the planning craft, so the first leg is a relay from itself.
+        self.plan_relay(context, context.craft, context.craft, changes, plans);
+        let sharers = changes.iter().flat_map(|change| context.sharers(context.craft, change));
+        plans.owe_distinct(sharers);
+    }
+
+    fn plan_relay(
+        &mut self,
+        context: &Context<'_>,
+        origin: CraftId,
+        source: CraftId,
+        changes: &[Change],
+        plans: &mut Plans,
+    ) {
+        let hops = changes.iter().enumerate().flat_map(|(index, change)| {
+            context.sharers(origin, change).filter_map(move |sharer| {
+                let hop = context.fleet.topology.next_hop(context.craft, sharer);
+                (hop != source).then_some((hop, index))
+            })
+        });
+        plans.send_by_hop(changes, hops);
+    }
+
+    fn peers(&self, context: &Context<'_>) -> Peers {
+        Peers {
+            unicast: neighbours(context.fleet.topology.parent, context.craft),
+            ..Peers::default()
+        }
+    }
+}
+
+/// Parent and children of `craft`, ascending.
+pub(super) fn neighbours(parent: &[u32], craft: CraftId) -> Vec<CraftId> {
+    let mut neighbours: Vec<CraftId> = parent
+        .iter()
+        .enumerate()
+        .filter(|&(_, &above)| above == craft.0)
+        .map(|(below, _)| CraftId::from_index(below))
+        .collect();
+    if parent[craft.index()] != CraftId::NONE.0 {
+        neighbours.push(CraftId(parent[craft.index()]));
+    }
+    neighbours.sort_unstable();
+    neighbours
+}

@@ -1,0 +1,67 @@
+//! `hybrid`: direct inside a group, between groups along the tree of group leaders.
+//!
+//! What the origin sends inside its own group goes straight to the sharers, so a leader that relays
+//! for the origin's group passes nothing on inside that group.
+
+use super::hierarchy::neighbours;
+use super::{Context, Plans, Strategy};
+use shared_types::ids::CraftId;
+use shared_types::knowledge::Change;
+use shared_types::transport::Peers;
+use std::collections::BTreeSet;
+
+/// Direct inside groups, over leaders between them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Hybrid;
+
+impl Strategy for Hybrid {
+    fn plan(&mut self, context: &Context<'_>, changes: &[Change], plans: &mut Plans) {
+        let topology = context.fleet.topology;
+        let hops = changes.iter().enumerate().flat_map(|(index, change)| {
+            context
+                .sharers(context.craft, change)
+                .map(move |sharer| (topology.next_hop_in_groups(context.craft, sharer), index))
+        });
+        plans.send_by_hop(changes, hops);
+        let sharers = changes.iter().flat_map(|change| context.sharers(context.craft, change));
+        plans.owe_distinct(sharers);
+    }
+
+    fn plan_relay(
+        &mut self,
+        context: &Context<'_>,
+        origin: CraftId,
+        source: CraftId,
+        changes: &[Change],
+        plans: &mut Plans,
+    ) {
+        let topology = context.fleet.topology;
+        let served_group = topology.group[origin.index()];
+        let hops = changes.iter().enumerate().flat_map(|(index, change)| {
+            context
+                .sharers(origin, change)
+                .filter(move |sharer| topology.group[sharer.index()] != served_group)
+                .filter_map(move |sharer| {
+                    let hop = topology.next_hop_in_groups(context.craft, sharer);
+                    (hop != source).then_some((hop, index))
+                })
+        });
+        plans.send_by_hop(changes, hops);
+    }
+
+    fn peers(&self, context: &Context<'_>) -> Peers {
+        let topology = context.fleet.topology;
+        let own_group = topology.group[context.craft.index()];
+        let members = topology
+            .group
+            .iter()
+            .enumerate()
+            .filter(|&(_, &group)| group == own_group)
+            .map(|(craft, _)| CraftId::from_index(craft));
+        let unicast: BTreeSet<CraftId> = members
+            .chain(neighbours(topology.leader_parent, context.craft))
+            .filter(|&craft| craft != context.craft)
+            .collect();
+        Peers { unicast: unicast.into_iter().collect(), ..Peers::default() }
+    }
+}
