@@ -7,6 +7,8 @@
 
 pub mod agenda;
 pub mod replica;
+#[cfg(test)]
+mod tests;
 
 use agenda::{Agenda, BitSet};
 use shared_types::ids::{CraftId, FactId, Firing, FiringTarget};

@@ -6,6 +6,9 @@
 //! brought. No clock and no transport in here: the orchestrator's run loop and the simulator both
 //! feed it the crafts' reports.
 
+#[cfg(test)]
+mod tests;
+
 use shared_types::ids::{CraftId, Firing, Turn};
 use shared_types::wire::{EpochSpec, TurnCommand, TurnPhase, TurnReport};
 use xxhash_rust::xxh3::Xxh3;

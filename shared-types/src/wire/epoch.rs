@@ -115,6 +115,8 @@ impl std::str::FromStr for StrategyKind {
 pub struct EpochSpec {
     /// Number of the epoch on this fleet.
     pub epoch: u32,
+    /// Epoch whose `world` sample holds the networks: this one, or an earlier one of the same trial.
+    pub network: u32,
     /// Seed of the run.
     pub seed: u64,
     /// Trial of the seed; names the random streams.
