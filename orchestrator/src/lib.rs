@@ -3,3 +3,4 @@
 pub mod outcome;
 pub mod report;
 pub mod results;
+pub mod scenario;

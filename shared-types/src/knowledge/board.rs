@@ -77,18 +77,40 @@ pub struct BoardNetwork {
 }
 
 impl BoardNetwork {
-    /// Computes [`Self::readers`] from the premises.
+    /// Computes [`Self::readers`] from the premises, in the memory that the table has.
     pub fn index_readers(&mut self) {
         let premises = self.premises.view();
-        let mut pairs = Vec::with_capacity(premises.item_count());
-        for rule in 0..premises.row_count() {
+        let pairs = (0..premises.row_count()).flat_map(|rule| {
             let rule_number = crate::ids::RuleId::from_index(rule).0;
-            pairs.extend(premises.row(rule).iter().map(|&packed| {
-                let literal = Literal(packed);
-                (literal.fact().0, rule_number << 1 | (packed & 1))
-            }));
+            premises
+                .row(rule)
+                .iter()
+                .map(move |&packed| (Literal(packed).fact().0, rule_number << 1 | (packed & 1)))
+        });
+        self.readers.refill(self.fact_count as usize, pairs);
+    }
+
+    /// Removes everything and keeps the memory, for the next trial's network.
+    pub fn clear(&mut self) {
+        self.fact_count = 0;
+        for table in [
+            &mut self.premises,
+            &mut self.outputs,
+            &mut self.queues,
+            &mut self.action_outputs,
+            &mut self.readers,
+            &mut self.links,
+        ] {
+            table.clear();
         }
-        self.readers = Csr::from_pairs(self.fact_count as usize, &pairs);
+        for list in [
+            &mut self.repeating_rules,
+            &mut self.repeating_actions,
+            &mut self.initial,
+            &mut self.finals,
+        ] {
+            list.clear();
+        }
     }
 
     /// Reads the network in place.

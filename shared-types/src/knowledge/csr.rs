@@ -60,21 +60,39 @@ impl Csr {
     /// If a pair names a row that does not exist.
     #[must_use]
     pub fn from_pairs(rows: usize, pairs: &[(u32, u32)]) -> Self {
-        let mut starts = vec![0_u32; rows + 1];
-        for &(row, _) in pairs {
-            starts[row as usize + 1] += 1;
+        let mut table = Self::default();
+        table.refill(rows, pairs.iter().copied());
+        table
+    }
+
+    /// As [`Self::from_pairs`], in the memory that the table has. Goes over the pairs twice.
+    ///
+    /// # Panics
+    /// If a pair names a row that does not exist.
+    pub fn refill(&mut self, rows: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) {
+        self.starts.clear();
+        self.starts.resize(rows + 1, 0);
+        let mut pair_count = 0;
+        let counts = &mut self.starts[..rows];
+        pairs.clone().for_each(|(row, _)| {
+            counts[row as usize] += 1;
+            pair_count += 1;
+        });
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += std::mem::replace(start, sum);
         }
-        for row in 0..rows {
-            starts[row + 1] += starts[row];
-        }
-        let mut next: Vec<u32> = starts[..rows].to_vec();
-        let mut items = vec![0_u32; pairs.len()];
-        for &(row, item) in pairs {
-            let slot = &mut next[row as usize];
-            items[*slot as usize] = item;
-            *slot += 1;
-        }
-        Self { starts, items }
+        self.items.clear();
+        self.items.resize(pair_count, 0);
+        // Each start moves through its row while the row fills, and ends where the next row starts.
+        let (starts, items) = (&mut self.starts[..rows], &mut self.items[..]);
+        pairs.for_each(|(row, item)| {
+            let next = &mut starts[row as usize];
+            items[*next as usize] = item;
+            *next += 1;
+        });
+        self.starts.copy_within(..rows, 1);
+        self.starts[0] = 0;
     }
 
     /// Reads the table in place.
