@@ -1,0 +1,105 @@
+//! What the raw programs have in common on the command line: options, and how a result is printed.
+
+use super::RawError;
+use super::area::AreaName;
+use super::child::Placement;
+use super::port::PAYLOAD_BYTES;
+use crate::summary::Summary;
+use clap::{Args, ValueEnum};
+use hdrhistogram::Histogram;
+use serde_json::json;
+use std::process::ExitCode;
+
+/// How the result is printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Two lines for people.
+    #[default]
+    Text,
+    /// One object.
+    Json,
+}
+
+/// Options of every raw program.
+#[derive(Clone, Debug, Args)]
+pub struct Options {
+    /// How many cores the processes share (the first ones that this process may use)
+    #[arg(long, default_value_t = 2, value_parser = parse_cores)]
+    pub cores: usize,
+    /// Let processes move among those cores; by default process i stays on core i modulo CORES
+    #[arg(long)]
+    pub unpinned: bool,
+    /// Exchanges before the first one that is recorded
+    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(..=1_000_000_000))]
+    pub warm_up: u32,
+    /// Exchanges that are recorded
+    #[arg(long, default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    pub measured: u32,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+    /// Where in shared memory; measurements in one area wait for each other
+    #[arg(long, default_value_t = AreaName::of_this_user())]
+    pub area: AreaName,
+    /// Set for the processes that the program starts
+    #[arg(long, hide = true)]
+    pub child: Option<u32>,
+}
+
+/// At least one core, at most as many as there are.
+fn parse_cores(text: &str) -> Result<usize, String> {
+    let cores: usize = text.parse().map_err(|_| "not a number".to_owned())?;
+    let available = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    if (1..=available).contains(&cores) {
+        Ok(cores)
+    } else {
+        Err(format!("this process may use 1 to {available} cores"))
+    }
+}
+
+impl Options {
+    /// Which cores the processes use.
+    #[must_use]
+    pub const fn placement(&self) -> Placement {
+        Placement { cores: self.cores, is_pinned: !self.unpinned }
+    }
+
+    /// The result of `workload` between `processes` as text or JSON, without a line end.
+    #[must_use]
+    pub fn render(&self, workload: &str, processes: u32, times: &Histogram<u64>) -> String {
+        let summary = Summary::of(times);
+        let placement = if self.unpinned { "unpinned" } else { "pinned" };
+        match self.format {
+            Format::Text => format!(
+                "{workload}: {processes} processes on {} cores ({placement}), {PAYLOAD_BYTES} B, \
+                 polling with sched_yield, {} warm-up\n{summary}",
+                self.cores, self.warm_up,
+            ),
+            Format::Json => json!({
+                "workload": workload,
+                "processes": processes,
+                "cores": self.cores,
+                "placement": placement,
+                "payload_bytes": PAYLOAD_BYTES,
+                "warm_up": self.warm_up,
+                "time": summary.to_json(),
+            })
+            .to_string(),
+        }
+    }
+}
+
+/// Ends a raw program: a child silently, the parent with its result, both with their error.
+#[must_use]
+pub fn conclude(result: Result<Option<String>, RawError>) -> ExitCode {
+    match result {
+        Ok(text) => {
+            text.iter().for_each(|text| println!("{text}"));
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Services and ports of a raw measurement: publish/subscribe of bytes with a plain header.
+
+use super::RawError;
+use super::area::AreaName;
+use iceoryx2::node::Node;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::*;
+use iceoryx2::service::builder::publish_subscribe::Builder;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+
+/// Bytes of every sample.
+pub const PAYLOAD_BYTES: usize = 128;
+
+/// Samples that a subscriber holds per publisher. A peer is at most one round ahead, so two would do.
+const BUFFERED_SAMPLES: usize = 4;
+
+/// The header of every sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+pub struct SampleHeader {
+    /// The process that sent it.
+    pub source: u32,
+    /// Number of the round or of the round trip.
+    pub number: u32,
+    /// When it was sent, ns of `CLOCK_MONOTONIC`; 0 where the measurement takes no stamps.
+    pub published_ns: u64,
+}
+
+/// One publish/subscribe service of a measurement.
+#[derive(Clone, Copy, Debug)]
+pub struct ServicePlan {
+    /// Its name.
+    pub name: &'static str,
+    /// How many processes publish.
+    pub publishers: usize,
+    /// How many processes subscribe.
+    pub subscribers: usize,
+}
+
+type Service = PortFactory<ipc::Service, [u8], SampleHeader>;
+
+impl ServicePlan {
+    /// Creates the service; the parent does, and holds it while the children run.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn create(&self, node: &Node<ipc::Service>) -> Result<Service, RawError> {
+        self.builder(node)?.create().map_err(RawError::iceoryx("create the service"))
+    }
+
+    fn open(&self, node: &Node<ipc::Service>) -> Result<Service, RawError> {
+        self.builder(node)?.open().map_err(RawError::iceoryx("open the service"))
+    }
+
+    fn builder(
+        &self,
+        node: &Node<ipc::Service>,
+    ) -> Result<Builder<[u8], SampleHeader, ipc::Service>, RawError> {
+        let name = ServiceName::new(self.name).map_err(RawError::iceoryx("service name"))?;
+        // The parent and every child hold the service; a process may both publish and subscribe.
+        let nodes = self.publishers + self.subscribers + 1;
+        Ok(node
+            .service_builder(&name)
+            .publish_subscribe::<[u8]>()
+            .user_header::<SampleHeader>()
+            .max_publishers(self.publishers)
+            .max_subscribers(self.subscribers)
+            .max_nodes(nodes)
+            .subscriber_max_buffer_size(BUFFERED_SAMPLES)
+            .history_size(0)
+            .enable_safe_overflow(false))
+    }
+}
+
+/// A node in `area`, without signal handlers of its own and silent unless something fails.
+///
+/// # Errors
+/// If iceoryx2 refuses.
+pub fn create_node(area: &AreaName) -> Result<Node<ipc::Service>, RawError> {
+    set_log_level(LogLevel::Error);
+    NodeBuilder::new()
+        .config(&area.config()?)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<ipc::Service>()
+        .map_err(RawError::iceoryx("create the node"))
+}
+
+/// What one child sends through.
+#[derive(Debug)]
+pub struct Sender {
+    publisher: Publisher<ipc::Service, [u8], SampleHeader>,
+    subscribers: usize,
+}
+
+impl Sender {
+    /// Opens the service and a publisher on it.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn open(node: &Node<ipc::Service>, plan: &ServicePlan) -> Result<Self, RawError> {
+        let publisher = plan
+            .open(node)?
+            .publisher_builder()
+            .initial_max_slice_len(PAYLOAD_BYTES)
+            .allocation_strategy(AllocationStrategy::Static)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(RawError::iceoryx("create the publisher"))?;
+        Ok(Self { publisher, subscribers: plan.subscribers })
+    }
+
+    /// Connects to every subscriber that exists by now.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn connect(&self) -> Result<(), RawError> {
+        self.publisher.update_connections().map_err(RawError::iceoryx("connect the publisher"))
+    }
+
+    /// Sends one sample, filled with the low byte of its number.
+    ///
+    /// # Errors
+    /// If it does not reach every subscriber of the service.
+    #[inline]
+    pub fn send(&self, header: SampleHeader) -> Result<(), RawError> {
+        let mut sample = self
+            .publisher
+            .loan_slice_uninit(PAYLOAD_BYTES)
+            .map_err(RawError::iceoryx("loan a sample"))?;
+        *sample.user_header_mut() = header;
+        let reached = sample
+            .write_from_slice(&[low_byte(header.number); PAYLOAD_BYTES])
+            .send()
+            .map_err(RawError::iceoryx("send a sample"))?;
+        if reached == self.subscribers {
+            Ok(())
+        } else {
+            let expected = self.subscribers;
+            Err(RawError::Lost { number: header.number, reached, expected })
+        }
+    }
+}
+
+/// What one child receives through.
+#[derive(Debug)]
+pub struct Receiver {
+    subscriber: Subscriber<ipc::Service, [u8], SampleHeader>,
+}
+
+impl Receiver {
+    /// Opens the service and a subscriber on it.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn open(node: &Node<ipc::Service>, plan: &ServicePlan) -> Result<Self, RawError> {
+        let subscriber = plan
+            .open(node)?
+            .subscriber_builder()
+            .create()
+            .map_err(RawError::iceoryx("create the subscriber"))?;
+        Ok(Self { subscriber })
+    }
+
+    /// Connects to every publisher that exists by now.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn connect(&self) -> Result<(), RawError> {
+        self.subscriber.update_connections().map_err(RawError::iceoryx("connect the subscriber"))
+    }
+
+    /// The header of the next sample, `None` if none has arrived.
+    ///
+    /// # Errors
+    /// If iceoryx2 fails, or the sample is not what its header says.
+    #[inline]
+    pub fn receive(&self) -> Result<Option<SampleHeader>, RawError> {
+        let received = self.subscriber.receive().map_err(RawError::iceoryx("receive a sample"))?;
+        let Some(sample) = received else { return Ok(None) };
+        let (header, payload) = (*sample.user_header(), sample.payload());
+        if payload.len() == PAYLOAD_BYTES && payload.last() == Some(&low_byte(header.number)) {
+            Ok(Some(header))
+        } else {
+            Err(RawError::Unexpected(format!("payload with {header:?}")))
+        }
+    }
+}
+
+fn low_byte(number: u32) -> u8 {
+    number.to_le_bytes()[0]
+}
