@@ -1,5 +1,6 @@
 //! The orchestrator.
 
+pub mod cli;
 pub mod outcome;
 pub mod report;
 pub mod results;

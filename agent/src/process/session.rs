@@ -1,0 +1,296 @@
+//! The life of a craft's process between its start and its stop: epochs, turns, reports.
+//!
+//! One loop: read what has arrived, let the core step, publish what it planned, wait if nothing
+//! came. The networks of an epoch lie in shared memory and are checked once; the view on them is lent
+//! to every step. Generic over the endpoint, so that tests can drive it over the memory network.
+//! Not here: opening the endpoint and the process's first acts (`run`).
+
+use crate::craft::dispatch::dispatch;
+use crate::craft::{Craft, Outbox};
+use shared_types::ids::CraftId;
+use shared_types::knowledge::{FleetView, NetworkError};
+use shared_types::time::Nanos;
+use shared_types::transport::{Destination, Endpoint, SendError, WorldSample};
+use shared_types::wire::{
+    ArchivedEpochSpec, Class, EpochSpec, Header, Kind, TrialReport, TurnCommand,
+};
+use zerocopy::{FromBytes, IntoBytes};
+
+/// What the process can ask of the system around it.
+pub trait Surroundings {
+    /// The time.
+    fn now(&self) -> Nanos;
+    /// CPU time that the process has used, ns.
+    fn cpu_ns(&self) -> u64;
+    /// Resident memory of the process, bytes.
+    fn resident_bytes(&self) -> u64;
+    /// Whether the process was told to end, or the orchestrator is gone.
+    fn must_end(&mut self) -> bool;
+}
+
+/// An endpoint that can also wait until something may have arrived.
+pub trait WaitingEndpoint: Endpoint {
+    /// Waits as the wake mode says; `idle_rounds` is how often in a row nothing had arrived.
+    ///
+    /// # Errors
+    /// If the transport fails.
+    fn wait(&mut self, idle_rounds: u32) -> Result<(), SendError>;
+}
+
+/// Why a session ended before it was stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The transport failed.
+    #[error(transparent)]
+    Transport(#[from] SendError),
+    /// The networks of an epoch cannot be used.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+}
+
+/// What the loop has to do besides stepping.
+#[derive(Clone, Debug)]
+enum Order {
+    Begin(EpochSpec),
+    Connect,
+    Report,
+    Stop,
+}
+
+/// How serving one set of networks ended.
+enum Served {
+    /// The next epoch has other networks.
+    Next(EpochSpec),
+    /// The process shall end.
+    Stop,
+}
+
+/// One process's session with its orchestrator.
+#[derive(Debug)]
+pub struct Session<E, S> {
+    endpoint: E,
+    surroundings: S,
+    craft: Craft,
+    out: Outbox,
+    orders: Vec<Order>,
+    epoch: u32,
+    /// CPU time when the epoch's first turn opened.
+    cpu_start_ns: u64,
+    has_reported: bool,
+}
+
+impl<E: WaitingEndpoint, S: Surroundings> Session<E, S> {
+    /// A session of process `craft`.
+    pub fn new(craft: CraftId, endpoint: E, surroundings: S) -> Self {
+        Self {
+            endpoint,
+            surroundings,
+            craft: Craft::new(craft),
+            out: Outbox::default(),
+            orders: Vec::new(),
+            epoch: u32::MAX,
+            cpu_start_ns: 0,
+            has_reported: true,
+        }
+    }
+
+    /// Says that the process is up and serves epochs until it is told to stop.
+    ///
+    /// # Errors
+    /// If the transport fails or an epoch's networks are damaged.
+    pub fn run(mut self) -> Result<(), SessionError> {
+        self.tell(Kind::Ready, &[])?;
+        let Some(mut next) = self.await_first_epoch()? else { return Ok(()) };
+        let mut world: Option<WorldSample> = None;
+        loop {
+            // The old networks are released before the new ones are taken.
+            drop(world.take());
+            let Some(sample) = self.await_world(next.network)? else { return Ok(()) };
+            let served = {
+                let fleet = FleetView::from_archive(&sample)?;
+                self.serve(&fleet, next)?
+            };
+            world = Some(sample);
+            match served {
+                Served::Next(spec) => next = spec,
+                Served::Stop => return Ok(()),
+            }
+        }
+    }
+
+    fn await_first_epoch(&mut self) -> Result<Option<EpochSpec>, SessionError> {
+        let mut idle_rounds = 0;
+        loop {
+            let orders = &mut self.orders;
+            let arrived = self.endpoint.drain(&mut |_, header, payload| {
+                orders.extend(order(header, payload));
+            })?;
+            for order in self.orders.drain(..) {
+                match order {
+                    Order::Begin(spec) => return Ok(Some(spec)),
+                    Order::Stop => return Ok(None),
+                    Order::Connect | Order::Report => {}
+                }
+            }
+            if self.surroundings.must_end() {
+                return Ok(None);
+            }
+            self.rest(arrived, &mut idle_rounds)?;
+        }
+    }
+
+    /// The networks published for epoch `network`; `None` if the process shall end.
+    fn await_world(&mut self, network: u32) -> Result<Option<WorldSample>, SessionError> {
+        let mut idle_rounds = 0;
+        loop {
+            if let Some(sample) = self.endpoint.take_world()?
+                && sample.header.epoch == network
+            {
+                return Ok(Some(sample));
+            }
+            if self.surroundings.must_end() {
+                return Ok(None);
+            }
+            self.rest(0, &mut idle_rounds)?;
+        }
+    }
+
+    /// Serves every epoch on `fleet`, beginning with `spec`.
+    fn serve(&mut self, fleet: &FleetView<'_>, spec: EpochSpec) -> Result<Served, SessionError> {
+        let network = spec.network;
+        self.begin(fleet, &spec)?;
+        let mut idle_rounds = 0;
+        loop {
+            let arrived = self.step(fleet)?;
+            let mut orders = std::mem::take(&mut self.orders);
+            for order in orders.drain(..) {
+                match order {
+                    Order::Begin(spec) if spec.network == network => self.begin(fleet, &spec)?,
+                    Order::Begin(spec) => return Ok(Served::Next(spec)),
+                    Order::Connect => {
+                        self.endpoint.update_connections()?;
+                        self.tell(Kind::Connected, &[])?;
+                    }
+                    Order::Report => self.report()?,
+                    Order::Stop => return Ok(Served::Stop),
+                }
+            }
+            self.orders = orders;
+            if self.surroundings.must_end() {
+                return Ok(Served::Stop);
+            }
+            self.rest(arrived, &mut idle_rounds)?;
+        }
+    }
+
+    fn begin(&mut self, fleet: &FleetView<'_>, spec: &EpochSpec) -> Result<(), SessionError> {
+        self.epoch = spec.epoch;
+        self.has_reported = false;
+        self.out.clear();
+        self.craft.begin_epoch(spec, fleet);
+        self.endpoint.take_losses();
+        self.endpoint.open_ports(&self.craft.peers(fleet))?;
+        self.tell(Kind::EpochReady, &[])
+    }
+
+    /// One step: everything that has arrived, then everything that is to be sent.
+    fn step(&mut self, fleet: &FleetView<'_>) -> Result<usize, SessionError> {
+        let now = self.surroundings.now();
+        let Self { endpoint, surroundings, craft, out, orders, epoch, cpu_start_ns, .. } = self;
+        let arrived = endpoint.drain(&mut |_, header, payload| {
+            match (header.class(), header.kind()) {
+                (Some(class @ (Class::Replication | Class::Reply)), Some(kind)) => {
+                    // A refusal is counted by the craft and changes nothing.
+                    let _refusal = craft.receive(class, kind, header, payload, fleet, out);
+                }
+                (_, Some(Kind::TurnCommand)) if header.epoch == *epoch => {
+                    if let Ok(command) = TurnCommand::read_from_bytes(payload) {
+                        if command.closed().is_none() {
+                            *cpu_start_ns = surroundings.cpu_ns();
+                        }
+                        craft.command(now, &command, fleet, out);
+                    }
+                }
+                _ => orders.extend(order(header, payload)),
+            }
+        })?;
+        self.craft.settle(&mut self.out);
+        self.publish()?;
+        Ok(arrived)
+    }
+
+    /// Sends the planned samples, then the ledger's lines, then (at the end) the trial report.
+    fn publish(&mut self) -> Result<(), SessionError> {
+        let now = self.surroundings.now();
+        dispatch(&mut self.endpoint, now, &mut self.out, self.craft.counting_mut())?;
+        for index in 0..self.out.reports.len() {
+            let report = self.out.reports[index];
+            self.tell(Kind::TurnReport, report.as_bytes())?;
+        }
+        self.out.reports.clear();
+        if std::mem::take(&mut self.out.is_finished) {
+            self.report()?;
+        }
+        Ok(())
+    }
+
+    fn report(&mut self) -> Result<(), SessionError> {
+        if self.has_reported {
+            return Ok(());
+        }
+        self.has_reported = true;
+        self.craft.counting_mut().counters.losses += self.endpoint.take_losses();
+        let report = TrialReport {
+            cpu_ns: self.surroundings.cpu_ns().saturating_sub(self.cpu_start_ns),
+            resident_bytes: self.surroundings.resident_bytes(),
+            ..self.craft.report()
+        };
+        let archive = rkyv::to_bytes::<rkyv::rancor::Error>(&report)
+            .expect("invariant: memory takes every archive");
+        self.tell(Kind::TrialReport, &archive)
+    }
+
+    /// Tells the orchestrator something.
+    fn tell(&mut self, kind: Kind, payload: &[u8]) -> Result<(), SessionError> {
+        let class = if kind == Kind::TrialReport { Class::Telemetry } else { Class::Control };
+        let mut header = Header::new(class, kind);
+        header.epoch = self.epoch;
+        header.published_ns = self.surroundings.now().0;
+        self.endpoint.send(Destination::Orchestrator, header, payload.len(), &mut |slot| {
+            slot.copy_from_slice(payload);
+        })?;
+        Ok(())
+    }
+
+    /// Rings for what was sent, retries what waits, and waits if nothing arrived.
+    fn rest(&mut self, arrived: usize, idle_rounds: &mut u32) -> Result<(), SessionError> {
+        self.endpoint.ring();
+        let waiting = self.endpoint.flush()?;
+        if arrived > 0 || waiting > 0 {
+            *idle_rounds = 0;
+        } else {
+            *idle_rounds = idle_rounds.saturating_add(1);
+            self.endpoint.wait(*idle_rounds)?;
+        }
+        Ok(())
+    }
+}
+
+/// What a control message asks for.
+fn order(header: &Header, payload: &[u8]) -> Option<Order> {
+    match header.kind()? {
+        Kind::EpochBegin => {
+            // Archives lie at any alignment inside a sample; the copy is once per epoch.
+            let mut aligned = rkyv::util::AlignedVec::<16>::with_capacity(payload.len());
+            aligned.extend_from_slice(payload);
+            let archived = rkyv::access::<ArchivedEpochSpec, rkyv::rancor::Error>(&aligned).ok()?;
+            let spec: EpochSpec =
+                rkyv::deserialize::<EpochSpec, rkyv::rancor::Error>(archived).ok()?;
+            (spec.epoch == header.epoch).then_some(Order::Begin(spec))
+        }
+        Kind::Connect => Some(Order::Connect),
+        Kind::EpochEnd => Some(Order::Report),
+        Kind::Stop => Some(Order::Stop),
+        _ => None,
+    }
+}

@@ -1,0 +1,214 @@
+//! The command line: what a user may type. One variant a verb; what the verbs do stands in
+//! `commands`. The verb `agent` is not here: a craft's process is started by the orchestrator and
+//! reads its own arguments.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use shared_types::transport::WakeMode;
+use shared_types::wire::StrategyKind;
+use std::path::PathBuf;
+
+/// Measures what replication strategies cost, with one real process per craft.
+#[derive(Debug, Parser)]
+#[command(name = "slateswarm", version, about, max_term_width = 100, propagate_version = true)]
+#[command(after_help = "Start with `slateswarm compare`, then `slateswarm list` and \
+                        `slateswarm show two-craft`.\n\
+                        Exit codes: 0 ok, 1 an identity is broken, 2 usage or scenario error, \
+                        3 partial, 4 regression, 124 time limit, 130 SIGINT, 143 SIGTERM.")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// How results are printed on standard output.
+    #[arg(long, global = true, value_enum, default_value_t = Format::Table)]
+    pub format: Format,
+    /// Prints results and errors only.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Tables for people, right at 80 columns.
+    #[default]
+    Table,
+    /// One JSON document.
+    Json,
+    /// Comma-separated rows: metric, labels, value, unit.
+    Csv,
+}
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Runs the published experiment on real fleets under every strategy and compares what it costs.
+    Compare(CompareArguments),
+    /// Runs a mission file or preset on a real fleet.
+    Run(RunArguments),
+    /// Runs a mission file or preset in one process, on a virtual clock.
+    Simulate(RunArguments),
+    /// Sets the published tables beside ours.
+    Reproduce(ReproduceArguments),
+    /// Prints the tables of a finished, killed or running run again, from its directory alone.
+    Report(ReportArguments),
+    /// Lists the presets.
+    List,
+    /// Prints a preset or the resolved form of a mission file.
+    Show(ScenarioArguments),
+    /// Checks a mission file and says what it would run.
+    Validate(ScenarioArguments),
+    /// Removes what runs that died left behind.
+    Clean,
+    /// Says whether this machine can run fleets.
+    Doctor,
+    /// Prints the JSON schema of mission files.
+    Schema,
+    /// Prints completions for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+/// What every run may be told.
+#[derive(Clone, Debug, Default, Args)]
+pub struct CommonArguments {
+    /// Strategies, separated by commas; default those of the scenario.
+    #[arg(long, alias = "strategy", value_delimiter = ',', value_name = "NAMES")]
+    pub strategies: Vec<StrategyKind>,
+    /// Trials for each strategy, all strategies on the same seeds.
+    #[arg(long, value_name = "N")]
+    pub trials: Option<u32>,
+    /// Seed of everything that is drawn.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Sets any key of the scenario: `--set run.turns=50`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Directory under which run directories are made.
+    #[arg(long, value_name = "DIR", default_value = "runs")]
+    pub out: PathBuf,
+    /// How an idle process waits.
+    #[arg(long, value_enum, value_name = "MODE")]
+    pub wake: Option<Wake>,
+    /// Cores that the fleet is confined to.
+    #[arg(long, value_name = "N")]
+    pub cores: Option<u32>,
+    /// Prints every figure, not only the first screen.
+    #[arg(long)]
+    pub all: bool,
+    /// Ends the run after so many seconds (exit code 124).
+    #[arg(long, value_name = "S")]
+    pub time_limit_s: Option<u32>,
+}
+
+/// `compare`.
+#[derive(Clone, Debug, Args)]
+pub struct CompareArguments {
+    /// Fleet sizes.
+    #[arg(long, value_delimiter = ',', default_value = "2,3,5,10", value_name = "SIZES")]
+    pub sizes: Vec<u32>,
+    /// On the memory network instead of real processes: counts only, no times.
+    #[arg(long)]
+    pub simulated: bool,
+    /// Counts only: leaves out the epochs that measure turn time.
+    #[arg(long, conflicts_with = "timing_only")]
+    pub no_timing: bool,
+    /// Turn times only: leaves out the trials.
+    #[arg(long)]
+    pub timing_only: bool,
+    /// What every run may be told.
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// `run` and `simulate`.
+#[derive(Clone, Debug, Args)]
+pub struct RunArguments {
+    /// A mission file, or the name of a preset.
+    pub scenario: String,
+    /// On the memory network instead of real processes.
+    #[arg(long)]
+    pub simulated: bool,
+    /// What every run may be told.
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// `reproduce`.
+#[derive(Clone, Debug, Args)]
+pub struct ReproduceArguments {
+    /// `table-21` ... `table-25`, or `all`.
+    #[arg(default_value = "all")]
+    pub tables: Vec<String>,
+    /// On the memory network instead of real processes: the same counts.
+    #[arg(long)]
+    pub simulated: bool,
+    /// What every run may be told.
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// `report`.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArguments {
+    /// A run directory, such as `runs/latest`.
+    pub directory: PathBuf,
+    /// Prints every figure, not only the first screen.
+    #[arg(long)]
+    pub all: bool,
+}
+
+/// `show` and `validate`.
+#[derive(Clone, Debug, Args)]
+pub struct ScenarioArguments {
+    /// A mission file, or the name of a preset.
+    pub scenario: String,
+    /// Sets any key of the scenario: `--set run.turns=50`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// [`WakeMode`] on the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Wake {
+    /// Yields the core and looks again.
+    Poll,
+    /// Looks again a few times, then sleeps.
+    Adaptive,
+    /// Sleeps at once.
+    Block,
+}
+
+impl Wake {
+    /// The name that the scenario uses.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Poll => "poll",
+            Self::Adaptive => "adaptive",
+            Self::Block => "block",
+        }
+    }
+}
+
+impl From<Wake> for WakeMode {
+    fn from(wake: Wake) -> Self {
+        match wake {
+            Wake::Poll => Self::Poll,
+            Wake::Adaptive => Self::Adaptive,
+            Wake::Block => Self::Block,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}
