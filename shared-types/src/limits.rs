@@ -32,6 +32,9 @@ pub const ORCHESTRATOR_INBOX_SAMPLES: usize = 1024;
 /// Samples kept locally for one unicast destination whose inbox is full.
 pub const OUTBOX_SAMPLES: usize = 256;
 
+/// Ranges of missing numbers that one receiver remembers per service; an older one is a gap for good.
+pub const HOLES_MAX: usize = 1024;
+
 /// Samples that one call to drain hands over at most, so that nobody can be kept there.
 pub const DRAIN_SAMPLES_MAX: usize = 4096;
 

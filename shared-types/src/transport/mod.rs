@@ -8,13 +8,18 @@
 //! in shared memory. Sequence numbers are put on and checked here, so that the core above never sees
 //! a sample twice and every loss is a counter.
 //!
-//! Adapters: `memory` (a deterministic in-process network) and `iceoryx` (shared memory, feature
+//! Adapters: [`memory`] (a deterministic in-process network) and `iceoryx` (shared memory, feature
 //! `shell`). One conformance suite holds both to the same laws.
 
 #[cfg(feature = "shell")]
 pub mod clock;
+mod intake;
+pub mod link;
+pub mod memory;
+mod outbox;
 #[cfg(feature = "shell")]
 pub mod paths;
+pub mod sequence;
 pub mod topic;
 
 #[cfg(feature = "shell")]

@@ -1,0 +1,198 @@
+//! What a receiver knows of its senders' numbering: nothing is handed over twice, nothing is missed
+//! in silence.
+//!
+//! Per source the table holds the source's incarnation and the next number expected. A number ahead
+//! of it opens a hole; a later arrival fills the hole, as the repair of a multicast does that overtook
+//! or followed the multicasts around it; a number that is in no hole is a repeat. What is still
+//! missing when the losses are taken is a gap. One table serves one service. Not here: which service
+//! a sample belongs to (`intake`), and asking again for what is missing.
+
+use crate::limits::HOLES_MAX;
+
+/// What a number says about its sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arrival {
+    /// Seen for the first time.
+    New,
+    /// Seen before: not to be handed over again.
+    Repeat,
+    /// Of an earlier life of its source.
+    OldIncarnation,
+}
+
+/// Sources are few per receiver (all of them only where everybody talks to everybody), so the table
+/// is one sorted array.
+#[derive(Debug, Default)]
+pub struct Sequences {
+    sources: Vec<Source>,
+    holes: Vec<Hole>,
+    gaps: u64,
+}
+
+#[derive(Debug)]
+struct Source {
+    id: u32,
+    incarnation: u32,
+    next: u64,
+}
+
+/// Numbers `first..end` of a source that have not arrived.
+#[derive(Debug)]
+struct Hole {
+    source: u32,
+    first: u64,
+    end: u64,
+    is_counted: bool,
+}
+
+impl Hole {
+    fn missing(&self) -> u64 {
+        if self.is_counted { 0 } else { self.end - self.first }
+    }
+}
+
+impl Sequences {
+    /// Takes note of sample `sequence` of `source` in its life `incarnation`.
+    #[inline]
+    pub fn arrive(&mut self, source: u32, incarnation: u32, sequence: u64) -> Arrival {
+        let index = match self.sources.binary_search_by_key(&source, |known| known.id) {
+            Ok(index) => index,
+            Err(index) => {
+                self.sources.insert(index, Source { id: source, incarnation, next: 0 });
+                index
+            }
+        };
+        let known = &mut self.sources[index];
+        if incarnation < known.incarnation {
+            return Arrival::OldIncarnation;
+        }
+        if incarnation == known.incarnation && sequence == known.next {
+            known.next += 1;
+            return Arrival::New;
+        }
+        self.arrive_out_of_order(index, incarnation, sequence)
+    }
+
+    /// Numbers found missing since the last call. They stay open: a late arrival is still new.
+    pub fn take_gaps(&mut self) -> u64 {
+        for hole in &mut self.holes {
+            self.gaps = self.gaps.saturating_add(hole.missing());
+            hole.is_counted = true;
+        }
+        std::mem::take(&mut self.gaps)
+    }
+
+    #[cold]
+    fn arrive_out_of_order(&mut self, index: usize, incarnation: u32, sequence: u64) -> Arrival {
+        let known = &mut self.sources[index];
+        let source = known.id;
+        if incarnation > known.incarnation {
+            *known = Source { id: source, incarnation, next: 0 };
+            self.forget_holes(source);
+        }
+        let known = &mut self.sources[index];
+        if sequence < known.next {
+            return self.fill(source, sequence);
+        }
+        let first = known.next;
+        known.next = sequence.saturating_add(1);
+        if first < sequence {
+            self.open(Hole { source, first, end: sequence, is_counted: false });
+        }
+        Arrival::New
+    }
+
+    /// A new life starts over; what the old one still owed is a gap.
+    fn forget_holes(&mut self, source: u32) {
+        let gaps = &mut self.gaps;
+        self.holes.retain(|hole| {
+            let stays = hole.source != source;
+            if !stays {
+                *gaps = gaps.saturating_add(hole.missing());
+            }
+            stays
+        });
+    }
+
+    fn open(&mut self, hole: Hole) {
+        if self.holes.len() == HOLES_MAX {
+            let oldest = self.holes.remove(0);
+            self.gaps = self.gaps.saturating_add(oldest.missing());
+        }
+        self.holes.push(hole);
+    }
+
+    fn fill(&mut self, source: u32, sequence: u64) -> Arrival {
+        let holds =
+            |hole: &Hole| hole.source == source && (hole.first..hole.end).contains(&sequence);
+        let Some(index) = self.holes.iter().position(holds) else { return Arrival::Repeat };
+        let hole = &mut self.holes[index];
+        let (end, is_counted) = (hole.end, hole.is_counted);
+        if sequence == hole.first {
+            hole.first += 1;
+        } else {
+            hole.end = sequence;
+            if sequence + 1 < end {
+                self.open(Hole { source, first: sequence + 1, end, is_counted });
+            }
+            return Arrival::New;
+        }
+        if hole.first == hole.end {
+            self.holes.remove(index);
+        }
+        Arrival::New
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Arrival, Sequences};
+    use proptest::prelude::{Just, Strategy, proptest};
+
+    #[test]
+    fn numbers_in_order_are_new_and_leave_no_gap() {
+        let mut sequences = Sequences::default();
+        for sequence in 0..5 {
+            assert_eq!(sequences.arrive(9, 0, sequence), Arrival::New);
+            assert_eq!(sequences.arrive(2, 0, sequence), Arrival::New);
+        }
+        assert_eq!(sequences.take_gaps(), 0);
+    }
+
+    #[test]
+    fn a_gap_is_counted_once_and_a_late_sample_is_still_new() {
+        let mut sequences = Sequences::default();
+        assert_eq!(sequences.arrive(1, 0, 4), Arrival::New);
+        assert_eq!(sequences.arrive(1, 0, 2), Arrival::New);
+        assert_eq!(sequences.take_gaps(), 3);
+        assert_eq!(sequences.arrive(1, 0, 3), Arrival::New);
+        assert_eq!(sequences.arrive(1, 0, 3), Arrival::Repeat);
+        assert_eq!(sequences.take_gaps(), 0);
+    }
+
+    #[test]
+    fn a_new_life_starts_at_zero_and_the_old_one_is_refused() {
+        let mut sequences = Sequences::default();
+        assert_eq!(sequences.arrive(1, 0, 0), Arrival::New);
+        assert_eq!(sequences.arrive(1, 0, 2), Arrival::New);
+        assert_eq!(sequences.arrive(1, 1, 0), Arrival::New);
+        assert_eq!(sequences.arrive(1, 0, 3), Arrival::OldIncarnation);
+        assert_eq!(sequences.arrive(1, 1, 1), Arrival::New);
+        assert_eq!(sequences.take_gaps(), 1, "what the old life still owed");
+    }
+
+    proptest! {
+        #[test]
+        fn any_order_with_any_repeats_is_new_exactly_once(
+            order in Just((0_u64..40).chain(10..30).collect::<Vec<_>>()).prop_shuffle()
+        ) {
+            let mut sequences = Sequences::default();
+            let new = order
+                .iter()
+                .filter(|&&sequence| sequences.arrive(3, 0, sequence) == Arrival::New)
+                .count();
+            assert_eq!(new, 40);
+            assert_eq!(sequences.take_gaps(), 0);
+        }
+    }
+}

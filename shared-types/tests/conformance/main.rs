@@ -1,0 +1,10 @@
+//! The laws of the transport port, held against every adapter.
+//!
+//! A law is a function of a [`fleet::Fleet`]: five crafts (the last one the centre) and an
+//! orchestrator, whatever carries their samples. Each adapter's file sets up such a fleet and runs
+//! every law; what only one adapter can do (verdicts, virtual time, files in shared memory) is tested
+//! in that file alone.
+
+mod fleet;
+mod laws;
+mod memory;
