@@ -1,1 +1,22 @@
-//! What a run leaves behind, as plain records and as files.
+//! What a run leaves behind, as plain records and as files: the waist between running and reporting.
+//!
+//! The run loop appends [`record`]s to a [`store::Store`]; [`read`] reads a directory back in whatever
+//! state it was left; [`summary`] computes every figure from what was read, and nothing else does.
+//! Reports (see [`crate::report`]) only show figures. Not here: how anything is measured.
+
+pub mod event;
+pub mod figure;
+pub mod histogram;
+pub mod measurements;
+pub mod provenance;
+pub mod read;
+pub mod record;
+pub mod statistics;
+pub mod store;
+pub mod summary;
+pub mod times;
+
+#[cfg(test)]
+pub(crate) mod sample;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,105 @@
+//! What happened in a run besides its measurements: the lines of `events.jsonl`.
+
+use super::record::{Cell, TrialEnd};
+use serde::{Deserialize, Serialize};
+
+/// How a process ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProcessEnd {
+    /// It ended by itself with this code.
+    Exit(i32),
+    /// This signal ended it.
+    Signal(i32),
+}
+
+impl std::fmt::Display for ProcessEnd {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Exit(code) => write!(formatter, "exit code {code}"),
+            Self::Signal(signal) => write!(formatter, "signal {signal}"),
+        }
+    }
+}
+
+/// Something that happened in a run, in the order in which it happened.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "kebab-case")]
+pub enum Event {
+    /// The processes of a fleet are being started.
+    FleetStarted {
+        /// Which launch.
+        block: u32,
+        /// Crafts, a centre not counted.
+        size: u32,
+        /// Processes, a centre counted.
+        processes: u32,
+    },
+    /// Every craft of the fleet has its ports open.
+    FleetReady {
+        /// Which launch.
+        block: u32,
+        /// Crafts, a centre not counted.
+        size: u32,
+        /// From the first spawn to GO, ns.
+        ready_ns: u64,
+    },
+    /// A trial or timing epoch is over.
+    EpochDone {
+        /// Where it belongs.
+        #[serde(flatten)]
+        cell: Cell,
+        /// Number of the epoch on its fleet.
+        epoch: u32,
+        /// Trial of the seed.
+        trial: u32,
+        /// How it ended.
+        end: TrialEnd,
+    },
+    /// A process of the fleet is gone.
+    CraftLost {
+        /// Crafts of its fleet.
+        size: u32,
+        /// Its name in the scenario.
+        name: String,
+        /// How it ended.
+        end: ProcessEnd,
+        /// What the run was doing: starting, turn 17 of trial 3, ...
+        phase: String,
+    },
+    /// An identity does not hold.
+    Discrepancy {
+        /// Where it belongs.
+        #[serde(flatten)]
+        cell: Cell,
+        /// Trial of the seed.
+        trial: u32,
+        /// What differs, where, and by how much.
+        what: String,
+    },
+    /// Something that the reader of the results must know.
+    Note {
+        /// In a sentence.
+        what: String,
+    },
+    /// A signal asked the run to end.
+    Interrupted {
+        /// Its number.
+        signal: i32,
+    },
+    /// The last line of a run that ended by itself.
+    Ended {
+        /// Exit code of the orchestrator.
+        code: u8,
+    },
+}
+
+/// One line of `events.jsonl`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EventLine {
+    /// Since the directory was created, ns.
+    pub at_ns: u64,
+    /// What happened.
+    #[serde(flatten)]
+    pub event: Event,
+}

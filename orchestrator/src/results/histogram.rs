@@ -1,0 +1,142 @@
+//! Histograms as text: `.hlog` (V2 interval log, lossless, read by the usual HdrHistogram tools and
+//! by us) and `.hgrm` (percentile table, for plots and eyes).
+
+use base64::Engine as _;
+use hdrhistogram::Histogram;
+use hdrhistogram::serialization::interval_log::{
+    IntervalLogIterator, IntervalLogWriterBuilder, LogEntry,
+};
+use hdrhistogram::serialization::{Deserializer, V2DeflateSerializer};
+use std::fmt::Write as _;
+use std::time::Duration;
+
+/// Steps of the percentile table in which the distance to 100 % is halved.
+const STEPS_PER_HALVING: u32 = 5;
+
+/// Why an interval log cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum LogError {
+    /// It holds no interval.
+    #[error("holds no complete interval")]
+    Empty,
+    /// A line is no interval, or its histogram is damaged.
+    #[error("interval {0} is damaged")]
+    Damaged(usize),
+}
+
+/// `histogram` as an interval log of one interval that began `start_ns` into the run. Its length is
+/// the sum of its values, which for turn times is the time measured.
+///
+/// # Panics
+/// Never: memory takes every log.
+#[must_use]
+pub fn to_interval_log(histogram: &Histogram<u64>, start_ns: u64) -> String {
+    let sum_ns: u128 = histogram
+        .iter_recorded()
+        .map(|step| u128::from(step.value_iterated_to()) * u128::from(step.count_at_value()))
+        .sum();
+    let length = Duration::from_nanos(u64::try_from(sum_ns).unwrap_or(u64::MAX));
+    let (mut text, mut serializer) = (Vec::new(), V2DeflateSerializer::new());
+    IntervalLogWriterBuilder::new()
+        .add_comment("[Histogram log format version 1.3]")
+        .add_comment("[values in ns; timestamps in seconds since the run began]")
+        .begin_log_with(&mut text, &mut serializer)
+        .expect("invariant: memory takes every log")
+        .write_histogram(histogram, Duration::from_nanos(start_ns), length, None)
+        .expect("invariant: memory takes every log");
+    String::from_utf8(text).expect("invariant: interval logs are ASCII")
+}
+
+/// All intervals of a log in one histogram.
+///
+/// # Errors
+/// If there is no interval, or one cannot be decoded.
+pub fn from_interval_log(text: &str) -> Result<Histogram<u64>, LogError> {
+    let mut all: Option<Histogram<u64>> = None;
+    let entries = IntervalLogIterator::new(text.as_bytes());
+    for (number, entry) in entries.enumerate() {
+        let damaged = || LogError::Damaged(number);
+        let LogEntry::Interval(interval) = entry.map_err(|_| damaged())? else { continue };
+        let bytes = base64::engine::general_purpose::STANDARD
+            .decode(interval.encoded_histogram())
+            .map_err(|_| damaged())?;
+        let one: Histogram<u64> =
+            Deserializer::new().deserialize(&mut bytes.as_slice()).map_err(|_| damaged())?;
+        match &mut all {
+            Some(all) => all.add(&one).map_err(|_| damaged())?,
+            None => all = Some(one),
+        }
+    }
+    all.ok_or(LogError::Empty)
+}
+
+/// `histogram` as a percentile table in the format of the usual plotters. Values in ns.
+#[must_use]
+pub fn to_percentile_table(histogram: &Histogram<u64>) -> String {
+    let mut text = String::from("       Value     Percentile TotalCount 1/(1-Percentile)\n\n");
+    let mut count = 0;
+    for step in histogram.iter_quantiles(STEPS_PER_HALVING) {
+        count += step.count_since_last_iteration();
+        let (value, quantile) = (step.value_iterated_to(), step.quantile_iterated_to());
+        // Writing to a string cannot fail.
+        let _ = if quantile < 1.0 {
+            let one_in = 1.0 / (1.0 - quantile);
+            writeln!(text, "{value:12} {quantile:2.12} {count:10} {one_in:14.2}")
+        } else {
+            writeln!(text, "{value:12} {quantile:2.12} {count:10}")
+        };
+    }
+    let _ = writeln!(
+        text,
+        "#[Mean    = {:12.3}, StdDeviation   = {:12.3}]\n#[Max     = {:12}, Total count    = {:12}]\n\
+         #[Buckets = {:12}, SubBuckets     = {:12}]",
+        histogram.mean(),
+        histogram.stdev(),
+        histogram.max(),
+        histogram.len(),
+        histogram.buckets(),
+        (2 * 10_u32.pow(u32::from(histogram.sigfig()))).next_power_of_two(),
+    );
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LogError, from_interval_log, to_interval_log, to_percentile_table};
+    use crate::results::statistics::time_histogram;
+
+    #[test]
+    fn an_interval_log_gives_back_the_very_histogram() {
+        let mut histogram = time_histogram();
+        (1..2000_u64).for_each(|value| histogram.saturating_record(value * value));
+        let log = to_interval_log(&histogram, 5_000_000);
+        assert_eq!(from_interval_log(&log), Ok(histogram));
+    }
+
+    #[test]
+    fn an_empty_histogram_survives_too() {
+        let log = to_interval_log(&time_histogram(), 0);
+        assert_eq!(from_interval_log(&log).map(|histogram| histogram.len()), Ok(0));
+    }
+
+    #[test]
+    fn intervals_are_added_up_and_damage_is_named() {
+        let mut histogram = time_histogram();
+        histogram.saturating_record(7);
+        let log = to_interval_log(&histogram, 0);
+        let twice = format!("{log}{}", log.lines().last().unwrap());
+        assert_eq!(from_interval_log(&format!("{twice}\n")).map(|both| both.len()), Ok(2));
+        assert_eq!(from_interval_log("#nothing\n"), Err(LogError::Empty));
+        let torn = &log[..log.len() - 20];
+        assert!(from_interval_log(torn).is_err());
+    }
+
+    #[test]
+    fn the_percentile_table_ends_with_all_values() {
+        let mut histogram = time_histogram();
+        (1..=100_u64).for_each(|value| histogram.saturating_record(value));
+        let table = to_percentile_table(&histogram);
+        assert!(table.contains("100 1.000000000000        100\n"), "{table}");
+        assert!(table.contains("Total count    =          100"), "{table}");
+    }
+}

@@ -1,0 +1,182 @@
+//! Reads a run's directory back, whatever state it was left in.
+//!
+//! Only the scenario's directory itself must exist. What is absent, torn or damaged is left out and
+//! listed, so that a report can say what it does not know.
+
+use super::event::{Event, EventLine};
+use super::histogram::from_interval_log;
+use super::provenance::Provenance;
+use super::record::{TimingRecord, TrialRecord};
+use super::store::{
+    EVENTS_FILE, LATEST_LINK, PROVENANCE_FILE, SCENARIO_FILE, SUMMARY_FILE, TIMINGS_FILE,
+    TRIALS_FILE,
+};
+use crate::outcome::Outcome;
+use hdrhistogram::Histogram;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+
+/// Why a directory cannot be reported on.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// Not there, or not readable.
+    #[error("`{}` cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The directory.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A directory without any file of a run.
+    #[error(
+        "`{}` holds no run: neither {PROVENANCE_FILE} nor {TRIALS_FILE} is there; name a directory \
+         such as `runs/latest`",
+        path.display()
+    )]
+    NoRun {
+        /// The directory.
+        path: PathBuf,
+    },
+}
+
+/// Something that a run's directory lacks.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Missing {
+    /// The file.
+    pub file: String,
+    /// What is wrong with it.
+    pub what: String,
+}
+
+/// A timing cell with its histogram, where that could be read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedCell {
+    /// What was recorded.
+    pub record: TimingRecord,
+    /// Turn times, ns.
+    pub turn_times: Option<Histogram<u64>>,
+}
+
+/// Everything that a run's directory says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunData {
+    /// The directory.
+    pub directory: PathBuf,
+    /// Where the results come from.
+    pub provenance: Option<Provenance>,
+    /// The scenario with every default written out.
+    pub scenario: Option<String>,
+    /// In the order in which they were run.
+    pub trials: Vec<TrialRecord>,
+    /// In the order in which they were run.
+    pub timings: Vec<TimedCell>,
+    /// In the order in which they happened.
+    pub events: Vec<EventLine>,
+    /// What could not be read.
+    pub missing: Vec<Missing>,
+}
+
+impl RunData {
+    /// How the run ended, `None` if it was killed before it could say so.
+    #[must_use]
+    pub fn outcome(&self) -> Option<Outcome> {
+        self.events.iter().rev().find_map(|line| match line.event {
+            Event::Ended { code } => Outcome::from_code(code),
+            _ => None,
+        })
+    }
+}
+
+/// Reads the run in `directory`, or the latest one if `directory` is a place of runs.
+///
+/// # Errors
+/// If there is no run at all; a damaged one is read as far as it goes.
+pub fn read_run(directory: &Path) -> Result<RunData, ReadError> {
+    let unreadable = |source| ReadError::Unreadable { path: directory.to_owned(), source };
+    std::fs::read_dir(directory).map_err(unreadable)?;
+    let has_run = |path: &Path| {
+        [PROVENANCE_FILE, TRIALS_FILE].into_iter().any(|name| path.join(name).exists())
+    };
+    let latest = directory.join(LATEST_LINK);
+    let directory = if has_run(directory) {
+        directory.to_owned()
+    } else if has_run(&latest) {
+        std::fs::canonicalize(&latest).map_err(unreadable)?
+    } else {
+        return Err(ReadError::NoRun { path: directory.to_owned() });
+    };
+    let mut reader = Reader { directory: &directory, missing: Vec::new() };
+    let provenance = reader.text(PROVENANCE_FILE).and_then(|text| {
+        serde_json::from_str(&text)
+            .map_err(|error| reader.lacks(PROVENANCE_FILE, format!("damaged: {error}")))
+            .ok()
+    });
+    let scenario = reader.text(SCENARIO_FILE);
+    let trials = reader.lines(TRIALS_FILE);
+    let timings =
+        reader.lines(TIMINGS_FILE).into_iter().map(|record| reader.timed(record)).collect();
+    let events = reader.lines(EVENTS_FILE);
+    let missing = reader.missing;
+    let mut run = RunData { directory, provenance, scenario, trials, timings, events, missing };
+    if run.outcome().is_none() {
+        run.missing.push(Missing {
+            file: EVENTS_FILE.to_owned(),
+            what: "the run did not come to its end: it was killed, or is still going on".to_owned(),
+        });
+    } else if !run.directory.join(SUMMARY_FILE).exists() {
+        // Between the last event and the summary; while a run finishes this is its normal state.
+        run.missing.push(Missing { file: SUMMARY_FILE.to_owned(), what: "absent".to_owned() });
+    }
+    Ok(run)
+}
+
+struct Reader<'a> {
+    directory: &'a Path,
+    missing: Vec<Missing>,
+}
+
+impl Reader<'_> {
+    fn lacks(&mut self, file: &str, what: String) {
+        self.missing.push(Missing { file: file.to_owned(), what });
+    }
+
+    /// A file's text, up to the first byte that is none.
+    fn text(&mut self, name: &str) -> Option<String> {
+        match std::fs::read(self.directory.join(name)) {
+            Ok(bytes) => Some(String::from_utf8(bytes).unwrap_or_else(|error| {
+                let whole = error.utf8_error().valid_up_to();
+                self.lacks(name, format!("damaged at byte {whole}"));
+                String::from_utf8_lossy(&error.as_bytes()[..whole]).into_owned()
+            })),
+            Err(error) => {
+                self.lacks(name, error.to_string());
+                None
+            }
+        }
+    }
+
+    /// The records of a file of lines; torn and damaged ones are listed.
+    fn lines<T: DeserializeOwned>(&mut self, name: &str) -> Vec<T> {
+        let Some(text) = self.text(name) else { return Vec::new() };
+        let mut records = Vec::new();
+        for (number, line) in (1_usize..).zip(text.split_inclusive('\n')) {
+            if !line.ends_with('\n') {
+                self.lacks(name, format!("line {number} is torn"));
+                continue;
+            }
+            match serde_json::from_str(line) {
+                Ok(record) => records.push(record),
+                Err(error) => self.lacks(name, format!("line {number} is damaged: {error}")),
+            }
+        }
+        records
+    }
+
+    fn timed(&mut self, record: TimingRecord) -> TimedCell {
+        let name = format!("{}.hlog", record.file_stem());
+        let turn_times = self.text(&name).and_then(|text| {
+            from_interval_log(&text).map_err(|error| self.lacks(&name, error.to_string())).ok()
+        });
+        TimedCell { record, turn_times }
+    }
+}

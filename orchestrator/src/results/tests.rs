@@ -1,0 +1,285 @@
+//! A run's directory as a whole: what is written can be read, whatever became of it.
+
+use super::event::{Event, ProcessEnd};
+use super::provenance::Provenance;
+use super::read::{ReadError, read_run};
+use super::record::TrialEnd;
+use super::sample::{STRATEGIES, leave_run, provenance, timing, trial};
+use super::statistics::Quantile;
+use super::store::{EVENTS_FILE, LATEST_LINK, Place, SUMMARY_FILE, Store, StoreError, TRIALS_FILE};
+use super::summary::Summary;
+use crate::outcome::Outcome;
+use shared_types::rng::{Purpose, Stream};
+use shared_types::wire::StrategyKind;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+
+fn files(directory: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(directory)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn what_was_appended_is_read_back_equal() {
+    let place = tempfile::tempdir().unwrap();
+    let summary = leave_run(place.path(), &[2, 3]);
+    let run = read_run(place.path()).unwrap();
+    assert_eq!(run.missing, []);
+    assert_eq!(run.outcome(), Some(Outcome::Success));
+    assert_eq!(run.provenance, Some(provenance()));
+    assert_eq!(run.scenario.as_deref(), Some("[run]\nseed = 7\n"));
+    assert_eq!(run.trials.len(), 2 * 7 * 10);
+    assert_eq!(run.trials[0], trial(2, StrategyKind::Null, 0));
+    let (record, histogram) = timing(3, StrategyKind::CentralBatched, 1000);
+    assert_eq!(run.timings.last().map(|timed| &timed.record), Some(&record));
+    assert_eq!(run.timings.last().and_then(|timed| timed.turn_times.clone()), Some(histogram));
+    assert_eq!(Summary::of(&run), summary);
+}
+
+#[test]
+fn a_directory_holds_the_promised_files_and_nothing_else() {
+    let place = tempfile::tempdir().unwrap();
+    leave_run(place.path(), &[2]);
+    let names = files(place.path());
+    for name in ["env.json", "events.jsonl", "measurements.csv", "scenario.resolved.toml"] {
+        assert!(names.iter().any(|other| other == name), "{name} in {names:?}");
+    }
+    assert_eq!(names.iter().filter(|name| name.ends_with(".hgrm")).count(), STRATEGIES.len());
+    assert_eq!(names.iter().filter(|name| name.ends_with(".hlog")).count(), STRATEGIES.len());
+    assert_eq!(names.iter().filter(|name| name.ends_with(".partial")).count(), 0);
+}
+
+#[test]
+fn every_line_file_reads_after_being_cut_anywhere() {
+    let place = tempfile::tempdir().unwrap();
+    leave_run(place.path(), &[2]);
+    let mut stream = Stream::new(1, 0, Purpose::Test, 0);
+    for name in [TRIALS_FILE, "timings.jsonl", EVENTS_FILE] {
+        let whole = std::fs::read(place.path().join(name)).unwrap();
+        let line_ends = (0..=whole.len()).filter(|&end| end == 0 || whole[end - 1] == b'\n');
+        let length = u32::try_from(whole.len()).unwrap();
+        let random = (0..20).map(|_| stream.below(length) as usize).collect::<Vec<_>>();
+        for end in line_ends.chain(random) {
+            std::fs::write(place.path().join(name), &whole[..end]).unwrap();
+            let run = read_run(place.path()).unwrap();
+            let lines = whole[..end].iter().filter(|&&byte| byte == b'\n').count();
+            let is_torn = end > 0 && whole[end - 1] != b'\n';
+            let read = match name {
+                TRIALS_FILE => run.trials.len(),
+                EVENTS_FILE => run.events.len(),
+                _ => run.timings.len(),
+            };
+            assert_eq!(read, lines, "{name} cut at {end}");
+            let told =
+                run.missing.iter().any(|lack| lack.file == name && lack.what.contains("torn"));
+            assert_eq!(told, is_torn, "{name} cut at {end}: {:?}", run.missing);
+            // Whatever is left can be summed up.
+            let summary = Summary::of(&run);
+            assert_eq!(summary.deterministic.trials.len(), run.trials.len());
+        }
+        std::fs::write(place.path().join(name), &whole).unwrap();
+    }
+}
+
+#[test]
+fn any_file_may_be_absent_or_damaged() {
+    let place = tempfile::tempdir().unwrap();
+    leave_run(place.path(), &[2]);
+    for name in files(place.path()) {
+        let path = place.path().join(&name);
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        let told = read_run(place.path()).unwrap().missing.iter().any(|lack| lack.file == name);
+        // The long form and the percentile tables are for others: reports do without them.
+        assert_eq!(told, !name.ends_with(".csv") && !name.ends_with(".hgrm"), "{name}");
+        let mut damaged = whole.clone();
+        damaged.iter_mut().skip(whole.len() / 2).for_each(|byte| *byte ^= 0xa5);
+        std::fs::write(&path, damaged).unwrap();
+        let _ = Summary::of(&read_run(place.path()).unwrap());
+        std::fs::write(&path, whole).unwrap();
+    }
+    assert_eq!(read_run(place.path()).unwrap().missing, []);
+}
+
+#[test]
+fn a_run_that_was_killed_says_so_and_keeps_its_results() {
+    let place = tempfile::tempdir().unwrap();
+    let mut store = Store::create(Place::Exactly(place.path()), &provenance(), "").unwrap();
+    store.append_trial(&trial(2, StrategyKind::Full, 0)).unwrap();
+    drop(store);
+    let run = read_run(place.path()).unwrap();
+    assert_eq!((run.trials.len(), run.outcome()), (1, None));
+    assert!(run.missing.iter().any(|lack| lack.what.contains("killed")), "{:?}", run.missing);
+}
+
+#[test]
+fn incidents_reach_the_summary_and_plain_progress_does_not() {
+    let place = tempfile::tempdir().unwrap();
+    let mut store = Store::create(Place::Exactly(place.path()), &provenance(), "").unwrap();
+    let lost = Event::CraftLost {
+        size: 2,
+        name: "craft-1".into(),
+        end: ProcessEnd::Signal(9),
+        phase: "turn 3 of trial 0".into(),
+    };
+    store.event(Event::FleetStarted { block: 0, size: 2, processes: 2 }).unwrap();
+    store.event(lost.clone()).unwrap();
+    let mut partial = trial(2, StrategyKind::Full, 0);
+    partial.deterministic.end = TrialEnd::Partial;
+    partial.deterministic.measured.replication.requests -= 1;
+    store.append_trial(&partial).unwrap();
+    let summary = store.finish(Outcome::Partial).unwrap();
+    let told: Vec<&Event> = summary.timing.incidents.iter().map(|line| &line.event).collect();
+    assert_eq!(told, [&lost]);
+    assert_eq!(summary.timing.outcome, Some(Outcome::Partial));
+    let cell = summary.counted(2, StrategyKind::Full).unwrap();
+    assert_eq!(cell.figures.value("requests"), None, "a partial trial is in no mean");
+    assert_eq!(cell.ends[&TrialEnd::Partial], 1);
+    assert!(cell.agrees_with_oracle, "a loss is no broken identity");
+}
+
+#[test]
+fn one_request_too_few_breaks_the_agreement() {
+    let place = tempfile::tempdir().unwrap();
+    let mut store = Store::create(Place::Exactly(place.path()), &provenance(), "").unwrap();
+    let mut wrong = trial(2, StrategyKind::Full, 0);
+    wrong.deterministic.measured.replication.requests -= 1;
+    store.append_trial(&wrong).unwrap();
+    assert!(!store.finish(Outcome::Broken).unwrap().agrees_with_oracle());
+}
+
+#[test]
+fn equal_records_give_equal_bytes_in_the_deterministic_part() {
+    let text = |order: &[u32], duration_ns: u64| {
+        let place = tempfile::tempdir().unwrap();
+        let mut store = Store::create(Place::Exactly(place.path()), &provenance(), "").unwrap();
+        for &number in order {
+            let mut record = trial(3, StrategyKind::Boundary, number);
+            record.timing.duration_ns = duration_ns;
+            store.append_trial(&record).unwrap();
+        }
+        store.finish(Outcome::Success).unwrap();
+        let summary = std::fs::read_to_string(place.path().join(SUMMARY_FILE)).unwrap();
+        let document: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        serde_json::to_string(&document["deterministic"]).unwrap()
+    };
+    assert_eq!(text(&[0, 1, 2], 1), text(&[2, 0, 1], 99));
+}
+
+#[test]
+fn the_deterministic_part_names_no_clock_host_or_path() {
+    let place = tempfile::tempdir().unwrap();
+    let summary = leave_run(place.path(), &[2]);
+    let text = serde_json::to_string(&summary.deterministic).unwrap();
+    for word in
+        ["_ns", "cpu", "\"date", "kernel", "epoch", "resident", place.path().to_str().unwrap()]
+    {
+        assert!(!text.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn figures_are_those_of_the_records() {
+    let place = tempfile::tempdir().unwrap();
+    let summary = leave_run(place.path(), &[3]);
+    let boundary = &summary.counted(3, StrategyKind::Boundary).unwrap().figures;
+    // Trials 0..10 have 1 2 3 4 1 2 3 4 1 2 turns, odd trials one boundary firing more.
+    assert_eq!(boundary.value("turns"), Some(2.3));
+    assert_eq!(boundary.value("requests"), Some(2.8));
+    let limited = &summary.counted(3, StrategyKind::Limited).unwrap().figures;
+    assert_eq!(limited.value("requests-to-boundary"), Some(2.0));
+    assert_eq!(limited.value("requests-to-full"), Some(56.0 / 69.0));
+    let full = &summary.timed(3, StrategyKind::Full).unwrap().figures;
+    assert_eq!(full.get("turn-time-p50").map(|figure| figure.n), Some(1000));
+    assert_eq!(full.value("turn-time-p99.9"), None, "1,000 turns do not carry p99.9");
+    assert!(full.value("turn-time-p99").is_some());
+    assert_eq!(full.value("cpu-per-turn-over-null"), Some(5000.0));
+    let floor = &summary.timed(3, StrategyKind::Null).unwrap().figures;
+    assert_eq!(floor.value("turn-time-p50-over-null"), None, "the floor has no excess over itself");
+    assert!(Quantile::P999.values_needed() > 1000);
+}
+
+#[test]
+fn the_latest_link_is_relative_and_follows_the_newest_run() {
+    let root = tempfile::tempdir().unwrap();
+    let first = Store::create(Place::Below(root.path()), &provenance(), "").unwrap();
+    let second = Store::create(Place::Below(root.path()), &provenance(), "").unwrap();
+    assert_ne!(first.directory(), second.directory(), "two runs of one second stay apart");
+    let target = std::fs::read_link(root.path().join(LATEST_LINK)).unwrap();
+    assert_eq!(target, Path::new("paper/20261122T150405Z-7-2"));
+    assert_eq!(files(root.path()), ["latest", "paper"], "no temporary link remains");
+    let through_root = read_run(root.path()).unwrap();
+    assert_eq!(through_root.directory, second.directory().canonicalize().unwrap());
+}
+
+#[test]
+fn names_of_scenarios_cannot_leave_the_root() {
+    for name in ["../../etc", "a/b", "", "..", "latest"] {
+        let root = tempfile::tempdir().unwrap();
+        let provenance = Provenance { scenario: name.into(), ..provenance() };
+        let store = Store::create(Place::Below(root.path()), &provenance, "").unwrap();
+        let inside = store.directory().strip_prefix(root.path()).unwrap();
+        assert_eq!(inside.components().count(), 2, "{name}: {}", inside.display());
+    }
+}
+
+#[test]
+fn a_directory_that_cannot_be_written_is_refused_with_path_and_remedy() {
+    let root = tempfile::tempdir().unwrap();
+    // A file where a directory is needed stops everybody, root as well.
+    let file = root.path().join("occupied");
+    std::fs::write(&file, "").unwrap();
+    for place in [Place::Below(&file), Place::Exactly(&file)] {
+        let error = Store::create(place, &provenance(), "").unwrap_err().to_string();
+        assert!(error.contains("occupied") && error.contains("--out"), "{error}");
+    }
+    let locked = root.path().join("locked");
+    std::fs::create_dir(&locked).unwrap();
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o500)).unwrap();
+    if !rustix::process::geteuid().is_root() {
+        assert!(Store::create(Place::Below(&locked), &provenance(), "").is_err());
+        assert_eq!(files(&locked), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn foreign_files_are_never_overwritten() {
+    let root = tempfile::tempdir().unwrap();
+    std::fs::write(root.path().join("thesis.txt"), "years of work").unwrap();
+    let refused = Store::create(Place::Exactly(root.path()), &provenance(), "");
+    assert!(matches!(refused, Err(StoreError::NotEmpty { .. })));
+    assert_eq!(files(root.path()), ["thesis.txt"]);
+}
+
+#[test]
+fn a_directory_without_a_run_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    assert!(matches!(read_run(root.path()), Err(ReadError::NoRun { .. })));
+    assert!(matches!(read_run(&root.path().join("absent")), Err(ReadError::Unreadable { .. })));
+}
+
+#[test]
+fn the_long_form_has_every_value_of_a_trial_once() {
+    let place = tempfile::tempdir().unwrap();
+    leave_run(place.path(), &[2]);
+    let mut reader = csv::Reader::from_path(place.path().join("measurements.csv")).unwrap();
+    let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    assert_eq!(header, super::measurements::HEADER);
+    let rows: Vec<Vec<String>> =
+        reader.records().map(|row| row.unwrap().iter().map(str::to_owned).collect()).collect();
+    let mut keys: Vec<&[String]> = rows.iter().map(|row| &row[..7]).collect();
+    keys.sort();
+    keys.dedup();
+    assert_eq!(keys.len(), rows.len(), "no value stands there twice");
+    let requests: u64 = rows
+        .iter()
+        .filter(|row| row[2] == "boundary" && row[5] == "fleet" && row[6] == "replication-requests")
+        .filter(|row| row[3] == "counted")
+        .map(|row| row[7].parse::<u64>().unwrap())
+        .sum();
+    assert_eq!(requests, 28);
+}

@@ -1,0 +1,184 @@
+//! Figures of times and costs, and their excess over the floor that strategy `null` sets.
+//!
+//! Blocks of one cell are merged: histograms are added up, costs summed and divided by all turns.
+//! The excess of a quantile is the difference of two quantiles of separate epochs; it may be
+//! negative where a strategy costs less than the noise.
+
+use super::figure::Figures;
+use super::read::TimedCell;
+use super::record::TimingRecord;
+use super::statistics::{Distribution, Quantile, as_float};
+use super::summary::TimedFigures;
+use shared_types::wire::StrategyKind;
+use std::collections::BTreeMap;
+
+/// Above this ratio of second half to first half a cell is not stationary.
+pub const SECOND_HALF_RATIO_MAX: f64 = 1.1;
+
+/// One row of figures per (size, strategy).
+#[must_use]
+pub fn timed_figures(cells: &[TimedCell]) -> Vec<TimedFigures> {
+    let mut blocks: BTreeMap<(u32, StrategyKind), Vec<&TimedCell>> = BTreeMap::new();
+    for timed in cells {
+        let cell = timed.record.cell;
+        blocks.entry((cell.size, cell.strategy)).or_default().push(timed);
+    }
+    let merged: BTreeMap<(u32, StrategyKind), Merged> =
+        blocks.into_iter().map(|(key, blocks)| (key, Merged::of(&blocks))).collect();
+    merged
+        .iter()
+        .map(|(&(size, strategy), own)| {
+            let floor =
+                merged.get(&(size, StrategyKind::Null)).filter(|_| strategy != StrategyKind::Null);
+            TimedFigures {
+                size,
+                strategy,
+                is_stationary: own.second_half_ratio.map(|ratio| ratio <= SECOND_HALF_RATIO_MAX),
+                figures: own.figures(floor),
+            }
+        })
+        .collect()
+}
+
+/// All blocks of one cell.
+struct Merged {
+    /// `None` if several blocks cannot be merged because a histogram is lost.
+    turn_time: Option<Distribution>,
+    turns: u64,
+    epochs: u64,
+    blocks: u64,
+    warm_up_turns: u64,
+    second_half_ratio: Option<f64>,
+    fleet_cpu_ns: u64,
+    orchestrator_cpu_ns: u64,
+    processes: u32,
+    resident_bytes: u64,
+    resident_bytes_max: u64,
+    ready_ns: u64,
+    control_samples: u64,
+    control_bytes: u64,
+}
+
+impl Merged {
+    fn of(blocks: &[&TimedCell]) -> Self {
+        let records = || blocks.iter().map(|block| &block.record);
+        let sum = |part: fn(&TimingRecord) -> u64| records().map(part).sum::<u64>();
+        let largest = |part: fn(&TimingRecord) -> u64| records().map(part).max().unwrap_or(0);
+        Self {
+            turn_time: turn_time(blocks),
+            turns: sum(|record| record.turns),
+            epochs: sum(|record| u64::from(record.epochs)),
+            blocks: blocks.len() as u64,
+            warm_up_turns: sum(|record| record.warm_up_turns),
+            second_half_ratio: records()
+                .filter_map(|record| record.second_half_ratio)
+                .max_by(f64::total_cmp),
+            fleet_cpu_ns: sum(|record| record.fleet_cpu_ns),
+            orchestrator_cpu_ns: sum(|record| record.orchestrator_cpu_ns),
+            processes: records().map(|record| record.processes).max().unwrap_or(0),
+            resident_bytes: largest(|record| record.resident_bytes),
+            resident_bytes_max: largest(|record| record.resident_bytes_max),
+            ready_ns: largest(|record| record.ready_ns),
+            control_samples: sum(|record| record.overhead.control.transmissions),
+            control_bytes: sum(|record| record.overhead.control.bytes_sent),
+        }
+    }
+
+    fn per_turn(&self, total: u64) -> Option<f64> {
+        (self.turns > 0).then(|| as_float(total) / as_float(self.turns))
+    }
+
+    fn cpu_per_turn(&self) -> Option<f64> {
+        self.per_turn(self.fleet_cpu_ns)
+    }
+
+    fn quantile(&self, quantile: Quantile) -> Option<f64> {
+        self.turn_time.as_ref()?.quantile_ns(quantile).map(as_float)
+    }
+
+    fn figures(&self, floor: Option<&Self>) -> Figures {
+        let mut figures = Figures::default();
+        self.turn_time_figures(floor, &mut figures);
+        self.cost_figures(floor, &mut figures);
+        figures
+    }
+
+    fn turn_time_figures(&self, floor: Option<&Self>, figures: &mut Figures) {
+        let time = self.turn_time.as_ref();
+        let n = time.map_or(0, |time| time.n);
+        for quantile in Quantile::ALL {
+            let (name, own) = (quantile.name, self.quantile(quantile));
+            figures.lockstep(
+                &format!("turn-time-{name}"),
+                own,
+                n,
+                "ns",
+                &format!("turn time, {name}"),
+            );
+            let excess = floor.and_then(|floor| Some(own? - floor.quantile(quantile)?));
+            figures.lockstep(
+                &format!("turn-time-{name}-over-null"),
+                excess,
+                n,
+                "ns",
+                &format!("turn time, {name}, excess over null"),
+            );
+        }
+        let any = time.filter(|time| time.n > 0);
+        let min = any.map(|time| as_float(time.min_ns));
+        figures.lockstep("turn-time-min", min, n, "ns", "turn time, smallest");
+        let mean = any.map(|time| time.mean_ns);
+        figures.lockstep("turn-time-mean", mean, n, "ns", "turn time, mean");
+        let max = any.map(|time| as_float(time.max_ns));
+        figures.lockstep("turn-time-max", max, n, "ns", "turn time, largest");
+        figures.lockstep(
+            "second-half-ratio",
+            self.second_half_ratio,
+            n,
+            "1",
+            "median turn time of the second half over that of the first",
+        );
+    }
+
+    fn cost_figures(&self, floor: Option<&Self>, figures: &mut Figures) {
+        let (n, blocks) = (self.turns, self.blocks);
+        let cpu = self.cpu_per_turn();
+        figures.lockstep("cpu-per-turn", cpu, n, "ns", "CPU time of the fleet a turn");
+        let excess = floor.and_then(|floor| Some(cpu? - floor.cpu_per_turn()?));
+        let label = "CPU time of the fleet a turn, excess over null";
+        figures.lockstep("cpu-per-turn-over-null", excess, n, "ns", label);
+        let orchestrator = self.per_turn(self.orchestrator_cpu_ns);
+        let label = "CPU time of the orchestrator a turn";
+        figures.lockstep("orchestrator-cpu-per-turn", orchestrator, n, "ns", label);
+        let samples = self.per_turn(self.control_samples);
+        figures.lockstep("control-per-turn", samples, n, "sample", "ledger samples a turn");
+        let bytes = self.per_turn(self.control_bytes);
+        figures.lockstep("control-bytes-per-turn", bytes, n, "byte", "ledger bytes a turn");
+        let mut whole = |metric: &str, value: u64, n: u64, unit: &'static str, label: &str| {
+            figures.lockstep(metric, Some(as_float(value)), n, unit, label);
+        };
+        whole("turns", n, n, "turn", "turns measured");
+        whole("epochs", self.epochs, self.epochs, "epoch", "fresh epochs measured");
+        whole("warm-up-turns", self.warm_up_turns, blocks, "turn", "turns run before measuring");
+        whole("processes", u64::from(self.processes), blocks, "process", "processes of the fleet");
+        whole("resident", self.resident_bytes, blocks, "byte", "resident memory of the fleet");
+        let label = "resident memory of the largest process of the fleet";
+        whole("resident-max", self.resident_bytes_max, blocks, "byte", label);
+        whole("ready", self.ready_ns, blocks, "ns", "from the first spawn to GO");
+    }
+}
+
+/// The turn times of all blocks together, from the histograms; a single block whose histogram is
+/// lost still has what its record says.
+fn turn_time(blocks: &[&TimedCell]) -> Option<Distribution> {
+    let mut all: Option<hdrhistogram::Histogram<u64>> = None;
+    for block in blocks {
+        match (&block.turn_times, &mut all) {
+            (None, _) if blocks.len() == 1 => return Some(block.record.turn_time.clone()),
+            (None, _) => return None,
+            (Some(times), None) => all = Some(times.clone()),
+            (Some(times), Some(all)) => all.add(times).ok()?,
+        }
+    }
+    all.map(|all| Distribution::of(&all))
+}
