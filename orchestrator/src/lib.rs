@@ -1,7 +1,9 @@
 //! The orchestrator.
 
 pub mod cli;
+pub mod launch;
 pub mod outcome;
 pub mod report;
 pub mod results;
 pub mod scenario;
+pub mod supervision;

@@ -19,10 +19,15 @@ mod tests;
 pub use arguments::{AgentArguments, ArgumentError};
 pub use guard::{ABRUPT_END_MS, Ending, ORDERLY_END_MS};
 
+use rustix::fs::{FlockOperation, flock};
+use rustix::io::Errno;
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
-use rustix::thread::{CpuSet, sched_setaffinity, set_current_timer_slack};
+use rustix::thread::{CpuSet, sched_setaffinity, set_current_timer_slack, set_name};
+use shared_types::transport::paths::RunPaths;
+use std::fs::File;
 use std::io;
 use std::num::NonZeroU64;
+use std::path::PathBuf;
 
 /// Why a craft cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +40,12 @@ pub enum StartupError {
     Orphaned {
         /// The parent that the command line names.
         expected: u32,
+    },
+    /// No orchestrator holds the run's lock.
+    #[error("no run lives at {}: `agent` is started by the orchestrator, never by hand", root.display())]
+    NoRun {
+        /// Where the run was looked for.
+        root: PathBuf,
     },
     /// The kernel refused one of the first acts.
     #[error("{operation} failed: {source}")]
@@ -57,17 +68,23 @@ impl StartupError {
 /// puts it on its cores. From here on the process ends when its parent does, whatever it is doing.
 ///
 /// # Errors
-/// If the parent is already gone or the kernel refuses; the process must end at once.
+/// If the parent is already gone, no run lives at the base, or the kernel refuses; the process must end at once.
 pub fn take_first_steps(arguments: &AgentArguments) -> Result<Ending, StartupError> {
     set_parent_process_death_signal(Some(Signal::TERM))
         .map_err(StartupError::system("prctl(PR_SET_PDEATHSIG)"))?;
     let parent = parent_of(arguments.parent_pid)?;
+    let paths = RunPaths::below(&arguments.base, arguments.run);
+    if !run_is_alive(&paths) {
+        return Err(StartupError::NoRun { root: paths.root() });
+    }
     if !arguments.cores.is_empty() {
         confine_to(&arguments.cores)?;
     }
     let ending = guard::install(parent)?;
     // Had the parent ended meanwhile, the guard might watch a stranger with the same number.
     parent_of(arguments.parent_pid)?;
+    // Executed through a link, the process would be called after the link.
+    set_name(c"slateswarm").map_err(StartupError::system("prctl(PR_SET_NAME)"))?;
     // A sleeping craft wakes when it asked to, not up to 50 us (the kernel's default slack) later.
     set_current_timer_slack(NonZeroU64::new(1))
         .map_err(StartupError::system("prctl(PR_SET_TIMERSLACK)"))?;
@@ -78,6 +95,15 @@ pub fn take_first_steps(arguments: &AgentArguments) -> Result<Ending, StartupErr
 #[must_use]
 pub fn parent_is_alive(parent_pid: u32) -> bool {
     getppid().is_some_and(|parent| parent.as_raw_nonzero().get().cast_unsigned() == parent_pid)
+}
+
+/// Whether an orchestrator holds the lock of the run: one that can be taken belongs to a dead run.
+#[must_use]
+pub fn run_is_alive(paths: &RunPaths) -> bool {
+    File::open(paths.lock_file()).is_ok_and(|file| {
+        // Closing the file gives back what this took from a dead run.
+        matches!(flock(&file, FlockOperation::NonBlockingLockShared), Err(Errno::WOULDBLOCK))
+    })
 }
 
 /// The parent named on the command line, if it is the one that the process has.

@@ -10,7 +10,8 @@ use super::StartupError;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::process::{Pid, PidfdFlags, Signal, getpid, kill_process, pidfd_open};
-use rustix::time::{ClockId, clock_gettime};
+use shared_types::time::Nanos;
+use shared_types::transport::clock;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::{PipeReader, PipeWriter, Write as _, pipe};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -113,9 +114,9 @@ struct Guard {
 impl Guard {
     /// Sleeps until an ending begins, then kills the process when it takes too long.
     fn watch(mut self) {
-        let mut deadline_ns = None;
+        let mut deadline = None;
         loop {
-            let [stopped, orphaned, begun] = self.wait(deadline_ns);
+            let [stopped, orphaned, begun] = self.wait(deadline);
             if orphaned && !stopped {
                 // Wakes the main thread as SIGTERM would have.
                 self.is_requested.store(true, Ordering::Relaxed);
@@ -124,28 +125,28 @@ impl Guard {
                 }
             }
             if stopped || orphaned {
-                sleep_until(monotonic_ns() + ABRUPT_END_MS * 1_000_000);
+                sleep_until(in_ms(ABRUPT_END_MS));
                 kill_this_process();
             }
-            match deadline_ns {
-                None if begun => deadline_ns = Some(monotonic_ns() + ORDERLY_END_MS * 1_000_000),
-                Some(deadline) if monotonic_ns() >= deadline => kill_this_process(),
+            match deadline {
+                None if begun => deadline = Some(in_ms(ORDERLY_END_MS)),
+                Some(deadline) if clock::now() >= deadline => kill_this_process(),
                 _ => {}
             }
         }
     }
 
-    /// Waits until `deadline_ns` or for what has not happened yet; says which of stop, parent's death
+    /// Waits until `deadline` or for what has not happened yet; says which of stop, parent's death
     /// and begin have.
-    fn wait(&self, deadline_ns: Option<u64>) -> [bool; 3] {
+    fn wait(&self, deadline: Option<Nanos>) -> [bool; 3] {
         let mut watched = [
             PollFd::new(&*self.stop, PollFlags::IN),
             PollFd::new(&self.parent, PollFlags::IN),
             PollFd::new(&self.begun, PollFlags::IN),
         ];
         // A begun ending stays readable: from then on only the other two and the time are news.
-        let count = if deadline_ns.is_some() { 2 } else { 3 };
-        let timeout = deadline_ns.map(|deadline| timespec(deadline.saturating_sub(monotonic_ns())));
+        let count = if deadline.is_some() { 2 } else { 3 };
+        let timeout = deadline.map(|deadline| timespec(deadline.since(clock::now())));
         match poll(&mut watched[..count], timeout.as_ref()) {
             Ok(_) | Err(Errno::INTR) => {}
             Err(_) => kill_this_process(),
@@ -154,10 +155,10 @@ impl Guard {
     }
 }
 
-/// Sleeps until `deadline_ns` of the monotonic clock, through signals.
-fn sleep_until(deadline_ns: u64) {
+/// Sleeps until `deadline`, through signals.
+fn sleep_until(deadline: Nanos) {
     loop {
-        let left_ns = deadline_ns.saturating_sub(monotonic_ns());
+        let left_ns = deadline.since(clock::now());
         if left_ns == 0 {
             return;
         }
@@ -174,9 +175,9 @@ fn kill_this_process() {
     kill_process(getpid(), Signal::KILL).expect("invariant: a process may kill itself");
 }
 
-fn monotonic_ns() -> u64 {
-    let now = clock_gettime(ClockId::Monotonic);
-    now.tv_sec.cast_unsigned() * 1_000_000_000 + now.tv_nsec.cast_unsigned()
+/// The point of the monotonic clock that lies `duration_ms` ahead.
+fn in_ms(duration_ms: u64) -> Nanos {
+    clock::now().plus(duration_ms * 1_000_000)
 }
 
 fn timespec(duration_ns: u64) -> Timespec {
