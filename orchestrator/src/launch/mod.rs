@@ -5,4 +5,6 @@
 //! the processes is `supervision`'s work.
 
 pub mod craft_process;
+pub mod leftovers;
 pub mod os_process;
+pub mod run_root;
