@@ -11,3 +11,4 @@ pub mod lockstep;
 #[cfg(feature = "shell")]
 pub mod process;
 pub mod replication;
+pub mod simulation;

@@ -4,7 +4,6 @@ use super::{Context, Plans, Strategy};
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::Change;
 use shared_types::transport::Peers;
-use std::collections::BTreeSet;
 
 /// One unicast to each sharing peer.
 #[derive(Clone, Copy, Debug, Default)]
@@ -20,17 +19,14 @@ impl Strategy for Boundary {
     }
 
     fn peers(&self, context: &Context<'_>) -> Peers {
-        let unicast = sharing_peers(context).into_iter().collect();
+        let board = context.fleet.board(context.craft);
+        let mut is_sharing = vec![false; context.fleet.boards.len()];
+        for target in (0..board.fact_count).flat_map(|fact| board.targets(FactId(fact))) {
+            is_sharing[target.craft.index()] = true;
+        }
+        is_sharing[context.craft.index()] = false;
+        let sharing = is_sharing.iter().enumerate().filter(|&(_, &is_sharing)| is_sharing);
+        let unicast = sharing.map(|(craft, _)| CraftId::from_index(craft)).collect();
         Peers { unicast, ..Peers::default() }
     }
-}
-
-/// Every craft that shares a boundary fact with the planning one.
-pub(super) fn sharing_peers(context: &Context<'_>) -> BTreeSet<CraftId> {
-    let board = context.fleet.board(context.craft);
-    (0..board.fact_count)
-        .flat_map(|fact| board.targets(FactId(fact)))
-        .map(|target| target.craft)
-        .filter(|&craft| craft != context.craft)
-        .collect()
 }

@@ -18,9 +18,14 @@ impl Strategy for Hybrid {
     fn plan(&mut self, context: &Context<'_>, changes: &[Change], plans: &mut Plans) {
         let topology = context.fleet.topology;
         let hops = changes.iter().enumerate().flat_map(|(index, change)| {
-            context
-                .sharers(context.craft, change)
-                .map(move |sharer| (topology.next_hop_in_groups(context.craft, sharer), index))
+            context.sharers(context.craft, change).map(move |sharer| {
+                let hop = if topology.are_grouped(context.craft, sharer) {
+                    sharer
+                } else {
+                    topology.next_hop_over_leaders(context.craft, sharer)
+                };
+                (hop, index)
+            })
         });
         plans.send_by_hop(changes, hops);
         let sharers = changes.iter().flat_map(|change| context.sharers(context.craft, change));
@@ -36,13 +41,16 @@ impl Strategy for Hybrid {
         plans: &mut Plans,
     ) {
         let topology = context.fleet.topology;
-        let served_group = topology.group[origin.index()];
+        if topology.next_hop_over_leaders(context.craft, origin) != source {
+            // Told directly by a member of the own group, whose leader passes it on.
+            return;
+        }
         let hops = changes.iter().enumerate().flat_map(|(index, change)| {
             context
                 .sharers(origin, change)
-                .filter(move |sharer| topology.group[sharer.index()] != served_group)
+                .filter(move |&sharer| !topology.are_grouped(origin, sharer))
                 .filter_map(move |sharer| {
-                    let hop = topology.next_hop_in_groups(context.craft, sharer);
+                    let hop = topology.next_hop_over_leaders(context.craft, sharer);
                     (hop != source).then_some((hop, index))
                 })
         });

@@ -264,19 +264,25 @@ impl TopologyView<'_> {
         next_hop(self.parent, self.depth, here, there)
     }
 
-    /// The next craft on the way from `here` to `there` inside a group directly, between groups
-    /// along the tree of leaders.
+    /// The neighbour of `here` on the path to `there` in the tree of group leaders, in which members
+    /// hang below their leader.
     ///
     /// # Panics
     /// If the two are the same craft, or no groups are stated.
     #[inline]
     #[must_use]
-    pub fn next_hop_in_groups(&self, here: CraftId, there: CraftId) -> CraftId {
-        if self.group[here.index()] == self.group[there.index()] {
-            there
-        } else {
-            next_hop(self.leader_parent, self.leader_depth, here, there)
-        }
+    pub fn next_hop_over_leaders(&self, here: CraftId, there: CraftId) -> CraftId {
+        next_hop(self.leader_parent, self.leader_depth, here, there)
+    }
+
+    /// Whether two crafts are in one group.
+    ///
+    /// # Panics
+    /// If no groups are stated.
+    #[inline]
+    #[must_use]
+    pub fn are_grouped(&self, one: CraftId, other: CraftId) -> bool {
+        self.group[one.index()] == self.group[other.index()]
     }
 }
 
