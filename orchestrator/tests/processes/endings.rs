@@ -3,7 +3,7 @@
 use crate::roles::{HANGING_CRAFT, REFUSED};
 use crate::runs::temporary_base;
 use crate::support::{
-    arguments, is_gone, launcher, line_of, next_end, until, watch_role, watch_roles,
+    all_ends, arguments, is_gone, launcher, line_of, next_end, until, watch_role, watch_roles,
 };
 use orchestrator::launch::craft_process::HowEnded;
 use orchestrator::launch::run_root::RunRoot;
@@ -111,8 +111,7 @@ pub(crate) fn craft_refuses_a_dead_run_and_a_foreign_parent() {
     for process in launcher().spawn_all([foreign, dead]).unwrap() {
         watch.add(process).unwrap();
     }
-    let mut ends = [next_end(&mut watch), next_end(&mut watch)];
-    ends.sort_by_key(|ended| ended.craft);
+    let ends = all_ends(&mut watch);
     assert!(ends.iter().all(|ended| ended.how == HowEnded::Exited(REFUSED.into())), "{ends:?}");
     assert!(ends[0].said.contains("(process 1) is gone"), "{}", ends[0].said);
     assert!(ends[1].said.contains("no run lives at"), "{}", ends[1].said);

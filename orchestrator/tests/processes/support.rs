@@ -33,11 +33,24 @@ pub(crate) fn until<T>(what: &str, mut happened: impl FnMut() -> Option<T>) -> T
     }
 }
 
-/// Waits for the next end that `watch` reports.
+/// Waits until everybody in `watch` has ended; says how, in order of the crafts.
+pub(crate) fn all_ends(watch: &mut Watch) -> Vec<CraftEnded> {
+    let mut ends: Vec<CraftEnded> = Vec::new();
+    until("all processes to end", || {
+        ends.extend(watch.poll().expect("watch"));
+        watch.is_empty().then_some(())
+    });
+    ends.sort_by_key(|ended| ended.craft);
+    ends
+}
+
+/// Waits for one end, of whichever of several processes it is.
 pub(crate) fn next_end(watch: &mut Watch) -> CraftEnded {
-    let mut ended = until("a process to end", || watch.poll().expect("watch").pop());
-    ended.said = ended.said.trim().to_owned();
-    ended
+    let mut ends = until("a process to end", || {
+        Some(watch.poll().expect("watch")).filter(|ends| !ends.is_empty())
+    });
+    assert_eq!(ends.len(), 1, "one end was expected: {ends:?}");
+    ends.remove(0)
 }
 
 /// A launcher of this test executable.
