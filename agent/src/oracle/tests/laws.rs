@@ -78,7 +78,13 @@ proptest! {
         });
         prop_assert_eq!(of(&expected, StrategyKind::Hierarchy).requests(), along_tree.sum::<u64>());
         let over_leaders = sharers.iter().map(|(source, sharers)| {
-            let next = |here, there| fleet.topology.next_hop_in_groups(here, there);
+            let next = |here, there| {
+                if fleet.topology.are_grouped(*source, there) {
+                    there
+                } else {
+                    fleet.topology.next_hop_over_leaders(here, there)
+                }
+            };
             edges(*source, sharers, next).len() as u64
         });
         prop_assert_eq!(of(&expected, StrategyKind::Hybrid).requests(), over_leaders.sum::<u64>());
