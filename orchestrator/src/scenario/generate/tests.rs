@@ -226,16 +226,3 @@ proptest! {
         prop_assert_eq!(copy.ok(), Some(network));
     }
 }
-
-#[test]
-#[ignore = "prints a time; run with --release"]
-#[expect(clippy::disallowed_methods, reason = "a printed time, no assertion")]
-fn time_of_a_published_network() {
-    let mut network = FleetNetwork::default();
-    let parameters = GeneratedNetwork::default();
-    let start = std::time::Instant::now();
-    for trial in 0..1000 {
-        generate(&parameters, 10, 1, trial, &mut network);
-    }
-    println!("{:?} a trial", start.elapsed() / 1000);
-}
