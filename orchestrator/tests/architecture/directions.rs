@@ -101,7 +101,8 @@ const RULES: &[Rule] = &[
         never: &[
             "agent::blackboard",
             "agent::craft",
-            "agent::lockstep",
+            // Not all of lockstep: how a trial ended (`Outcome`) is vocabulary.
+            "agent::lockstep::Referee",
             "agent::replication",
             "agent::simulation",
             "shared_types::transport",
@@ -183,7 +184,7 @@ const RULES: &[Rule] = &[
 ];
 
 /// Modules that a rule may name before they exist.
-pub(crate) const NOT_YET_BUILT: &[&str] = &["agent::oracle", "orchestrator::run"];
+pub(crate) const NOT_YET_BUILT: &[&str] = &["orchestrator::run"];
 
 /// The modules that rules are about, each once, in the order of the table.
 pub(crate) fn modules() -> impl Iterator<Item = &'static str> {
