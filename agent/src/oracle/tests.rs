@@ -3,4 +3,5 @@
 mod fleets;
 mod hand;
 mod laws;
+mod simulated;
 mod verdicts;

@@ -1,0 +1,76 @@
+//! Simulated trials on random fleets, under every strategy, held against the replay.
+
+use super::fleets::{Shape, any_shape, mission_spec, single_link_fleet, symmetric_fleet};
+use crate::oracle::{Discrepancy, Metric, Observed, Replay, compare};
+use crate::simulation::Simulation;
+use proptest::prelude::{ProptestConfig, prop_assert, prop_assert_eq, proptest};
+use shared_types::knowledge::FleetNetwork;
+use shared_types::transport::memory::MemoryOptions;
+use shared_types::wire::{EpochSpec, StrategyKind};
+
+/// Plays the trial under `strategy` and says in words where it differs from the replay.
+fn differences(network: &FleetNetwork, spec: &EpochSpec, strategy: StrategyKind) -> Vec<String> {
+    let fleet = network.view();
+    let replay = Replay::of(&fleet, spec);
+    let expected = replay.expected(&fleet, spec, strategy);
+    let mut spec = EpochSpec { strategy, ..spec.clone() };
+    let mut network = network.clone();
+    if strategy == StrategyKind::Null {
+        network.script = replay.script();
+        spec.turns_max = replay.turns;
+        spec.ignores_finals = true;
+    }
+    let fleet = network.view();
+    let played = Simulation::new(fleet.craft_count(), MemoryOptions::default())
+        .play(&spec, &fleet)
+        .expect("a lossless trial balances");
+    let observed = Observed {
+        trial: spec.trial,
+        turns: played.turns,
+        outcome: played.outcome,
+        path_digest: played.path_digest,
+        reports: &played.reports,
+    };
+    // Crafts do not count hops of their conversation with the centre yet; everything else agrees.
+    let is_judged = |found: &&Discrepancy| !(strategy.has_centre() && found.metric == Metric::Hops);
+    compare(&replay, &expected, &observed)
+        .iter()
+        .filter(is_judged)
+        .map(ToString::to_string)
+        .collect()
+}
+
+fn spec(shape: Shape, options: u32) -> EpochSpec {
+    EpochSpec {
+        seed: shape.seed,
+        own_firing_only: options & 1 != 0,
+        ignores_finals: options & 2 != 0,
+        sends_altered_only: options & 4 != 0,
+        turns_max: 12,
+        ..mission_spec()
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn missions_equal_the_replay_under_every_strategy(shape in any_shape(), options in 0_u32..8) {
+        let network = symmetric_fleet(shape);
+        for strategy in StrategyKind::ALL {
+            let found = differences(&network, &spec(shape, options), strategy);
+            prop_assert!(found.is_empty(), "{found:#?}");
+        }
+    }
+
+    #[test]
+    fn directed_links_equal_the_replay_under_every_strategy(
+        shape in any_shape(), options in 0_u32..8,
+    ) {
+        let network = single_link_fleet(shape);
+        for strategy in StrategyKind::ALL {
+            let found = differences(&network, &spec(shape, options), strategy);
+            prop_assert_eq!(found, Vec::<String>::new());
+        }
+    }
+}
