@@ -38,6 +38,15 @@ pub const HOLES_MAX: usize = 1024;
 /// Samples that one call to drain hands over at most, so that nobody can be kept there.
 pub const DRAIN_SAMPLES_MAX: usize = 4096;
 
+/// Samples of one service that are handed over before the next service has its turn.
+pub const DRAIN_BURST: usize = 64;
+
+/// Longest sleep of a process, ns: within a second it must see that its orchestrator is gone.
+pub const SLEEP_NS_MAX: u64 = 500_000_000;
+
+/// How long a process with a full outbox sleeps at most, ns: nobody rings when an inbox has room.
+pub const OUTBOX_RETRY_NS: u64 = 1_000_000;
+
 /// Samples of one publisher that may be loaned at once.
 pub const LOANS: usize = 2;
 

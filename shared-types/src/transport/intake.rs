@@ -72,11 +72,10 @@ impl Intake {
         }
     }
 
-    /// Losses on the receiving side since the last call.
+    /// Losses on the receiving side since the last call. A world that was never taken is none: the
+    /// next one stands in its place.
     pub(super) fn take_losses(&mut self) -> Losses {
-        let gaps = [&mut self.inbox, &mut self.broadcast, &mut self.world]
-            .into_iter()
-            .fold(0_u64, |sum, table| sum.saturating_add(table.take_gaps()));
+        let gaps = self.inbox.take_gaps().saturating_add(self.broadcast.take_gaps());
         Losses { gaps, ..std::mem::take(&mut self.losses) }
     }
 

@@ -13,12 +13,16 @@
 
 #[cfg(feature = "shell")]
 pub mod clock;
+#[cfg(feature = "shell")]
+pub mod iceoryx;
 mod intake;
 pub mod link;
 pub mod memory;
 mod outbox;
 #[cfg(feature = "shell")]
 pub mod paths;
+#[cfg(feature = "shell")]
+pub mod reclaim;
 pub mod sequence;
 pub mod topic;
 
@@ -156,8 +160,9 @@ pub trait Endpoint {
     /// If the transport fails.
     fn update_connections(&mut self) -> Result<(), SendError>;
 
-    /// Sends one sample: loans `length` bytes, lets `write` fill them where they lie, fills the
-    /// header's run, source, incarnation, destination, sequence, length and checksum, sends.
+    /// Sends one sample: loans `length` zeroed bytes, lets `write` fill them where they lie, fills the
+    /// header's run, source, incarnation, destination, sequence, length and checksum, sends. `write` is
+    /// called again, and must write the same, where the sample has to wait or to be repaired.
     ///
     /// # Errors
     /// If the sample is lost for good. A full inbox is no error: the sample waits in the outbox.

@@ -241,6 +241,13 @@ impl Header {
     }
 }
 
+/// A blank header, which a loan of shared memory starts with.
+impl Default for Header {
+    fn default() -> Self {
+        Self::new(Class::Control, Kind::Probe)
+    }
+}
+
 /// Why a sample was not accepted. Each is a counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 pub enum Refusal {

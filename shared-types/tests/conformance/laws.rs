@@ -440,6 +440,12 @@ pub(crate) fn the_newest_world_is_the_one_that_counts(fleet: &mut dyn Fleet) {
             assert!(world.iter().all(|&byte| byte == epoch));
         }
     }
+    // A craft that sleeps through an epoch loses nothing that it could still use.
+    publish_world(fleet, 6, 6, 10);
+    publish_world(fleet, 7, 7, 10);
+    let world = fleet.craft(0).take_world().expect("works").expect("is there");
+    assert_eq!(world.header.epoch, 7);
+    assert!(fleet.craft(0).take_world().expect("works").is_none());
     assert_eq!(take_losses(fleet), Losses::default());
 }
 

@@ -6,5 +6,7 @@
 //! in that file alone.
 
 mod fleet;
+#[cfg(feature = "shell")]
+mod iceoryx;
 mod laws;
 mod memory;

@@ -229,7 +229,7 @@ impl Network {
     pub(super) fn loan(&mut self, length: usize) -> SampleId {
         let id = self.free.pop().unwrap_or_else(|| {
             let id = SampleId(CraftId::from_index(self.samples.len()).0);
-            let header = Header::new(crate::wire::Class::Control, crate::wire::Kind::Probe);
+            let header = Header::default();
             self.samples.push(Sample { header, payload: Vec::new(), readers: 0 });
             id
         });
