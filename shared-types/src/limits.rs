@@ -59,6 +59,27 @@ pub const RECORD_PADDING_BYTES_MAX: u32 = 4096;
 /// Most changes of one firing.
 pub const CHANGES_PER_FIRING_MAX: usize = 1024;
 
+/// Most premises of one rule: a byte counts those that are not met yet.
+pub const PREMISES_MAX: u32 = 255;
+
+/// Most changes per second of an offered load; above it times in nanoseconds coincide.
+pub const RATE_PER_S_MAX: f64 = 1e9;
+
+/// Longest trial of a stated duration, in seconds: a year.
+pub const DURATION_S_MAX: f64 = 31_536_000.0;
+
+/// Longest delay of a link, in milliseconds: a day.
+pub const DELAY_MS_MAX: f64 = 86_400_000.0;
+
+/// Widest range of a radio, in metres: some hundred astronomical units.
+pub const RANGE_M_MAX: f64 = 1e14;
+
+/// Nothing propagates faster, in metres per second.
+pub const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;
+
+/// Most that a link carries, in bits per second.
+pub const BANDWIDTH_BITS_PER_S_MAX: f64 = 1e15;
+
 /// Requests that one craft of the `pipelined` central strategy may have in flight.
 pub const PIPELINE_DEPTH: usize = 32;
 

@@ -1,3 +1,37 @@
-//! From parameters to networks. Not here: the scenario file's types (`shared_types::scenario`).
+//! The scenario file: read, checked, completed, turned into networks.
+//!
+//! `load` merges file or preset, environment and flags into one document that remembers where every
+//! value came from; `resolve` checks it and fills in what is left; `compile` makes the network of a
+//! trial from it. An error is one sentence with place and remedy. The types that a user fills in, and
+//! the keys' documentation, are `shared_types::scenario`. Not here: running anything.
 
+mod compile;
+mod document;
+mod draft;
+mod error;
+mod explain;
+mod fleet;
 pub mod generate;
+mod load;
+mod mission;
+mod names;
+mod nearest;
+mod positions;
+mod preset;
+mod resolve;
+mod schema;
+mod sharing;
+mod validate;
+
+pub use compile::compile;
+pub use error::{Position, ScenarioError};
+pub use fleet::Craft;
+pub use load::{Base, Override, load, load_text};
+pub use names::NameTable;
+pub use positions::LinkTable;
+pub use preset::{PRESETS, Preset, find as find_preset};
+pub use resolve::ResolvedScenario;
+pub use schema::schema;
+
+#[cfg(test)]
+mod tests;

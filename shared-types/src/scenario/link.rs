@@ -45,9 +45,8 @@ pub struct FromPositions {
     pub propagation_m_per_s: f64,
 }
 
-/// In vacuum, m/s (exact by definition of the metre).
 const fn speed_of_light() -> f64 {
-    299_792_458.0
+    crate::limits::SPEED_OF_LIGHT_M_PER_S
 }
 
 /// `[faults]`: what happens to crafts. Checked, not run yet.

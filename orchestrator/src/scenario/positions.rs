@@ -1,0 +1,156 @@
+//! What the crafts' positions say about the way between two of them: delay and range.
+//!
+//! The delay of a pair is the stated one plus the time that a signal takes over their distance. Which
+//! pairs must be in range of each other is decided here as well: those that share a boundary fact,
+//! and, where a strategy relays, those next to each other in its tree. That `full` and `limited` also
+//! send to crafts that share nothing is no reason to refuse a fleet. Not here: loss and outages.
+
+use super::draft::Shared;
+use super::error::{Finding, Place, place};
+use super::fleet::Craft;
+use nalgebra::Point3;
+use shared_types::ids::CraftId;
+use shared_types::knowledge::Topology;
+use shared_types::scenario::Scenario;
+use shared_types::wire::StrategyKind;
+
+/// Delay and range of every ordered pair of crafts, computed when asked for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LinkTable {
+    delay_ms: f64,
+    geometry: Option<Geometry>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Geometry {
+    positions: Vec<Point3<f64>>,
+    range_m: f64,
+    propagation_m_per_s: f64,
+}
+
+impl LinkTable {
+    /// The table of a fleet.
+    pub(super) fn new(scenario: &Scenario, crafts: &[Craft]) -> Result<Self, Finding> {
+        let delay_ms = scenario.link.delay_ms;
+        let Some(stated) = &scenario.link.from_positions else {
+            return Ok(Self { delay_ms, geometry: None });
+        };
+        let position = |(index, craft): (usize, &Craft)| {
+            craft.position.map(Point3::from).ok_or_else(|| {
+                let place = if scenario.craft.is_empty() {
+                    place!["link", "from-positions"]
+                } else {
+                    place!["craft", index, "name"]
+                };
+                Finding::at(place, format!("`{}` has no position", craft.name))
+                    .help(
+                        "`link.from-positions` needs one of every craft: `position = [x, y, z]` in \
+                         metres",
+                    )
+                    .label("no position")
+            })
+        };
+        let positions = crafts.iter().enumerate().map(position).collect::<Result<_, _>>()?;
+        let (range_m, propagation_m_per_s) = (stated.range_m, stated.propagation_m_per_s);
+        let geometry = Some(Geometry { positions, range_m, propagation_m_per_s });
+        Ok(Self { delay_ms, geometry })
+    }
+
+    /// How long a sample travels from one craft to the other, ns; the centre (the craft behind the
+    /// last) is where the first craft is.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "delays are bounded by a day, saturating")]
+    #[expect(clippy::cast_sign_loss, reason = "delays are checked not to be negative")]
+    pub fn delay_ns(&self, from: CraftId, to: CraftId) -> u64 {
+        let propagation_s = self
+            .geometry
+            .as_ref()
+            .map_or(0.0, |geometry| geometry.distance_m(from, to) / geometry.propagation_m_per_s);
+        (self.delay_ms * 1e6 + propagation_s * 1e9).round() as u64
+    }
+
+    /// Whether the two are too far apart to hear each other.
+    #[must_use]
+    pub fn is_out_of_range(&self, from: CraftId, to: CraftId) -> bool {
+        self.geometry
+            .as_ref()
+            .is_some_and(|geometry| geometry.distance_m(from, to) > geometry.range_m)
+    }
+
+    /// Whether every pair has delay 0.
+    #[must_use]
+    pub fn is_instant(&self) -> bool {
+        self.delay_ms == 0.0 && self.geometry.is_none()
+    }
+
+    /// Refuses a fleet in which two crafts that must communicate are out of range.
+    pub(super) fn check_range(
+        &self,
+        crafts: &[Craft],
+        shared: &[Shared],
+        topology: &Topology,
+        strategies: &[StrategyKind],
+    ) -> Result<(), Finding> {
+        if self.geometry.is_none() {
+            return Ok(());
+        }
+        for Shared { sharers, place } in shared {
+            for (index, &(one, _)) in sharers.iter().enumerate() {
+                for &(other, _) in &sharers[index + 1..] {
+                    self.check_pair(crafts, (one, other), place, "share a boundary fact")?;
+                }
+            }
+        }
+        let trees = [
+            (StrategyKind::Hierarchy, &topology.parent, "are neighbours in the tree"),
+            (
+                StrategyKind::Hybrid,
+                &topology.leader_parent,
+                "are neighbours in the tree of leaders",
+            ),
+        ];
+        for (strategy, parents, why) in trees {
+            if !strategies.contains(&strategy) {
+                continue;
+            }
+            for (craft, &parent) in parents.iter().enumerate() {
+                if parent != CraftId::NONE.0 {
+                    let pair = (CraftId(parent), CraftId::from_index(craft));
+                    self.check_pair(crafts, pair, &place!["craft", craft, "position"], why)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check_pair(
+        &self,
+        crafts: &[Craft],
+        (one, other): (CraftId, CraftId),
+        place: &Place,
+        why: &str,
+    ) -> Result<(), Finding> {
+        let Some(geometry) = self.geometry.as_ref().filter(|_| self.is_out_of_range(one, other))
+        else {
+            return Ok(());
+        };
+        let distance_m = geometry.distance_m(one, other);
+        let (one, other) = (&crafts[one.index()].name, &crafts[other.index()].name);
+        Err(Finding::at(place.clone(), format!("`{one}` and `{other}` {why} but are out of range"))
+            .help(format!(
+                "they are {distance_m:.0} m apart, `link.from-positions.range-m` is {:.0}: move them \
+                 together or raise it to {:.0}",
+                geometry.range_m,
+                distance_m.ceil()
+            ))
+            .label("out of range"))
+    }
+}
+
+impl Geometry {
+    fn distance_m(&self, from: CraftId, to: CraftId) -> f64 {
+        let position =
+            |craft: CraftId| self.positions.get(craft.index()).unwrap_or(&self.positions[0]);
+        nalgebra::distance(position(from), position(to))
+    }
+}

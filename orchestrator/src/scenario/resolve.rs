@@ -1,0 +1,205 @@
+//! A scenario with everything said: checked, defaults filled in, names turned into ids.
+
+use super::compile::mission_boards;
+use super::draft::{BoardDraft, Shared};
+use super::error::{Finding, ScenarioError, place};
+use super::fleet::{self, Craft};
+use super::mission;
+use super::names::NameTable;
+use super::positions::LinkTable;
+use super::validate;
+use shared_types::ids::CraftId;
+use shared_types::knowledge::{BoardNetwork, Topology};
+use shared_types::scenario::{CraftCount, OneOrMany, RunMode, Scenario};
+use shared_types::wire::StrategyKind;
+
+/// A scenario that can be run as it stands. Written back as TOML it reads as the same value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResolvedScenario {
+    scenario: Scenario,
+    crafts: Vec<Craft>,
+    topology: Topology,
+    strategies: Vec<StrategyKind>,
+    links: LinkTable,
+    boards: Vec<BoardNetwork>,
+    names: NameTable,
+}
+
+impl ResolvedScenario {
+    /// Checks a scenario that a program put together.
+    ///
+    /// # Errors
+    /// The first thing that is wrong; the place is named by its keys.
+    pub fn new(scenario: Scenario) -> Result<Self, ScenarioError> {
+        Ok(Self::check(scenario)?)
+    }
+
+    /// Checks `scenario` and fills in what depends on the rest of it.
+    pub(super) fn check(mut scenario: Scenario) -> Result<Self, Finding> {
+        check_knowledge(&scenario)?;
+        let crafts = fleet::crafts(&scenario)?;
+        validate::check(&scenario, &crafts)?;
+        let topology = fleet::topology(&scenario, &crafts)?;
+        let strategies = strategies(&scenario, &topology)?;
+        let links = LinkTable::new(&scenario, &crafts)?;
+        let (drafts, shared): (Vec<BoardDraft>, Vec<Shared>) = if scenario.network.is_none() {
+            mission::draft(&scenario, &crafts)?
+        } else {
+            (Vec::new(), Vec::new())
+        };
+        links.check_range(&crafts, &shared, &topology, &strategies)?;
+        let (boards, names) = mission_boards(&crafts, drafts, &shared);
+        if scenario.craft.is_empty() && scenario.fleet.crafts.is_none() {
+            scenario.fleet.crafts = Some(CraftCount::Number(CraftId::from_index(crafts.len()).0));
+        }
+        scenario.topology.tree = Some(fleet::tree(&scenario));
+        scenario.replication.strategies = Some(OneOrMany(strategies.clone()));
+        Ok(Self { scenario, crafts, topology, strategies, links, boards, names })
+    }
+
+    /// The same scenario with so many crafts, for fleets that are not listed.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; crafts that are listed cannot be counted anew.
+    pub fn with_craft_count(&self, craft_count: u32) -> Result<Self, ScenarioError> {
+        let mut scenario = self.scenario.clone();
+        scenario.fleet.crafts = Some(CraftCount::Number(craft_count));
+        Self::new(scenario)
+    }
+
+    /// What was written, defaults filled in.
+    #[must_use]
+    pub const fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The crafts, by id.
+    #[must_use]
+    pub fn crafts(&self) -> &[Craft] {
+        &self.crafts
+    }
+
+    /// How many crafts, the centre not counted.
+    #[must_use]
+    pub fn craft_count(&self) -> u32 {
+        CraftId::from_index(self.crafts.len()).0
+    }
+
+    /// The strategies to run, in order.
+    #[must_use]
+    pub fn strategies(&self) -> &[StrategyKind] {
+        &self.strategies
+    }
+
+    /// Tree and groups.
+    #[must_use]
+    pub const fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// What ids are called.
+    #[must_use]
+    pub const fn names(&self) -> &NameTable {
+        &self.names
+    }
+
+    /// Delay and range between crafts.
+    #[must_use]
+    pub const fn links(&self) -> &LinkTable {
+        &self.links
+    }
+
+    /// The boards of a mission; empty for generated networks.
+    pub(super) fn mission_boards(&self) -> &[BoardNetwork] {
+        &self.boards
+    }
+
+    /// What the scenario states and this version only checks, or a mode ignores: one sentence each,
+    /// to be said once.
+    #[must_use]
+    pub fn notices(&self) -> Vec<&'static str> {
+        let Scenario { link, faults, run, .. } = &self.scenario;
+        let is_simulated = run.mode == RunMode::Simulated;
+        let notices = [
+            (link.loss > 0.0, "link.loss is checked but not run yet"),
+            (link.bandwidth_bits_per_s.is_some(), "link.bandwidth is checked but not run yet"),
+            (!link.outages.is_empty(), "link.outages are checked but not run yet"),
+            (run.rate_per_s.is_some(), "run.rate-per-s is checked but not run yet"),
+            (run.duration_s.is_some(), "run.duration-s is checked but not run yet"),
+            (!faults.process.is_empty(), "[faults] are checked but not run yet"),
+            (
+                !is_simulated && !self.links.is_instant(),
+                "link delays act in simulation only; real processes send without them",
+            ),
+        ];
+        notices.into_iter().filter_map(|(applies, notice)| applies.then_some(notice)).collect()
+    }
+
+    /// The scenario as TOML, every default spelt out: what is stored as `scenario.resolved.toml`.
+    ///
+    /// # Panics
+    /// Never: everything that passed the checks has a form in TOML.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(&self.scenario).expect("invariant: checked scenarios have a form in TOML")
+    }
+}
+
+/// Whether the scenario says what crafts know, and says it once.
+fn check_knowledge(scenario: &Scenario) -> Result<(), Finding> {
+    let written = [
+        ("rule", scenario.rule.is_empty()),
+        ("action", scenario.action.is_empty()),
+        ("boundary", scenario.boundary.is_empty()),
+    ];
+    let first_written = written.into_iter().find(|(_, is_empty)| !is_empty).map(|(key, _)| key);
+    match (&scenario.network, first_written) {
+        (Some(_), Some(key)) => Err(Finding::at(
+            place![key],
+            format!("[[{key}]] beside [network]: networks are generated or written out, not both"),
+        )
+        .help("remove [network] to run your own mission, or the written-out entries to generate")),
+        (Some(_), None) => {
+            let knows = scenario
+                .craft
+                .iter()
+                .position(|craft| !craft.initial.is_empty() || !craft.r#final.is_empty());
+            knows.map_or(Ok(()), |index| {
+                Err(Finding::at(
+                    place!["craft", index, "name"],
+                    "facts are stated beside [network]",
+                )
+                .help("generated networks draw their own; remove `initial` and `final`"))
+            })
+        }
+        (None, Some(_)) if !scenario.rule.is_empty() => Ok(()),
+        (None, _) => Err(Finding::at(place!["rule"], "the scenario has no rules").help(
+            "write some ([[rule]] with `if` and `then`; `show two-craft` prints an example) or \
+                 generate them ([network])",
+        )),
+    }
+}
+
+/// The strategies to run: as listed, else all that need no statement of their own.
+fn strategies(scenario: &Scenario, topology: &Topology) -> Result<Vec<StrategyKind>, Finding> {
+    let has_groups = !topology.group.is_empty();
+    match &scenario.replication.strategies {
+        Some(strategies) => {
+            let hybrid = strategies.iter().position(|&strategy| strategy == StrategyKind::Hybrid);
+            if let Some(index) = hybrid.filter(|_| !has_groups) {
+                return Err(Finding::at(
+                    place!["replication", "strategies", index],
+                    "`hybrid` needs groups, and none are stated",
+                )
+                .help("give every [[craft]] a `group`, or set `topology.group-size`")
+                .label("without groups"));
+            }
+            Ok(strategies.0.clone())
+        }
+        None => Ok(StrategyKind::ALL
+            .into_iter()
+            .filter(|&strategy| strategy != StrategyKind::Pipelined)
+            .filter(|&strategy| has_groups || strategy != StrategyKind::Hybrid)
+            .collect()),
+    }
+}

@@ -1,0 +1,108 @@
+//! `[[boundary]]`: who shares which fact.
+//!
+//! A shared fact is one fact, under one name (`fact`) or each craft's own (`link`). A craft's fact is
+//! shared by one entry at most: a delivered fact is not passed on, so two entries that met on a craft
+//! would not agree.
+
+use super::draft::Shared;
+use super::error::{Finding, Place};
+use super::mission::{Drafting, parse_fact};
+use shared_types::ids::CraftId;
+use shared_types::scenario::BoundaryEntry;
+
+impl Drafting<'_> {
+    /// Turns one `[[boundary]]` into a shared fact.
+    pub(super) fn boundary(&mut self, entry: &BoundaryEntry, place: &Place) -> Result<(), Finding> {
+        let named = match (&entry.fact, &entry.link) {
+            (Some(fact), None) => self.sharers_by_fact(fact, entry.crafts.as_deref(), place)?,
+            (None, Some(link)) => {
+                if entry.crafts.is_some() {
+                    return Err(Finding::at(place.then("crafts"), "`crafts` beside `link`")
+                        .help("`link` names the crafts already; leave `crafts` out"));
+                }
+                self.sharers_by_link(link, place)?
+            }
+            (Some(_), Some(_)) => {
+                return Err(Finding::at(place.then("link"), "both `fact` and `link` are given")
+                    .help("use `fact` where all crafts call it the same, else `link`"));
+            }
+            (None, None) => {
+                return Err(Finding::at(place.clone(), "a boundary without a fact").help(
+                    "name it: `fact = \"target\"` with `crafts = [..]`, or \
+                     `link = [\"orbiter.target\", \"aerial.goal\"]`",
+                ));
+            }
+        };
+        if named.len() < 2 {
+            let place = place.then(if entry.link.is_some() { "link" } else { "crafts" });
+            return Err(Finding::at(place, "a boundary fact needs two crafts or more")
+                .help("name every craft that shares it; a fact of one craft needs no [[boundary]]")
+                .label("nobody to share with"));
+        }
+        let mut sharers = Vec::with_capacity(named.len());
+        for (craft, name, at) in named {
+            let board = &mut self.boards[craft.index()];
+            let fact = board.fact(name);
+            if let Err(other) = board.share(fact, self.shared.len()) {
+                let who = &self.crafts[craft.index()].name;
+                let message = if other == self.shared.len() {
+                    format!("`{who}` is named twice")
+                } else {
+                    format!("`{who}` already shares `{name}` by boundary {other} (counted from 0)")
+                };
+                return Err(Finding::at(at, message)
+                    .help("list all sharers of a fact once, in one [[boundary]]"));
+            }
+            sharers.push((craft, fact));
+        }
+        sharers.sort_unstable();
+        self.shared.push(Shared { sharers, place: place.clone() });
+        Ok(())
+    }
+
+    fn sharers_by_fact<'e>(
+        &self,
+        fact: &'e str,
+        crafts: Option<&[String]>,
+        place: &Place,
+    ) -> Result<Vec<(CraftId, &'e str, Place)>, Finding> {
+        let at = place.then("fact");
+        let (name, is_negated) = parse_fact(fact, &at)?;
+        if is_negated {
+            return Err(Finding::at(at, "a boundary fact is named without `!`")
+                .help(format!("write `{name}`")));
+        }
+        let Some(crafts) = crafts else {
+            return Ok((0..self.crafts.len())
+                .map(|index| (CraftId::from_index(index), name, place.then("fact")))
+                .collect());
+        };
+        let at = place.then("crafts");
+        let sharer = |(index, craft): (usize, &String)| {
+            Ok((self.craft_id(craft, &at.then(index))?, name, at.then(index)))
+        };
+        crafts.iter().enumerate().map(sharer).collect()
+    }
+
+    fn sharers_by_link<'e>(
+        &self,
+        link: &'e [String],
+        place: &Place,
+    ) -> Result<Vec<(CraftId, &'e str, Place)>, Finding> {
+        let sharer = |(index, text): (usize, &'e String)| {
+            let at = place.then("link").then(index);
+            let Some((craft, fact)) = text.split_once('.') else {
+                return Err(Finding::at(at, format!("`{text}` names no craft and fact"))
+                    .help("write craft and fact with a dot between: `orbiter.target`"));
+            };
+            let craft = self.craft_id(craft, &at)?;
+            let (fact, is_negated) = parse_fact(fact, &at)?;
+            if is_negated {
+                return Err(Finding::at(at, "a boundary fact is named without `!`")
+                    .help(format!("write `{fact}`")));
+            }
+            Ok((craft, fact, at))
+        };
+        link.iter().enumerate().map(sharer).collect()
+    }
+}

@@ -1,0 +1,5 @@
+//! Scenarios as users write them: presets, precedence, and what is refused where with which remedy.
+
+mod bad_input;
+mod precedence;
+mod presets;

@@ -1,0 +1,245 @@
+//! Checks of single values: what is out of its bounds, or cannot be run yet.
+//!
+//! Not here: what concerns several crafts (`fleet`, `mission`, `positions`).
+
+use super::error::{Finding, Place, place};
+use super::fleet::{Craft, unknown_craft};
+use super::nearest::listing;
+use shared_types::limits::{
+    BANDWIDTH_BITS_PER_S_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, DELAY_MS_MAX,
+    DURATION_S_MAX, INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, RATE_PER_S_MAX,
+    REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
+};
+use shared_types::scenario::{
+    GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, RunMode, Scenario,
+};
+use shared_types::wire::StrategyKind;
+
+/// Checks every number and name that stands for itself.
+pub(super) fn check(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
+    check_run(scenario)?;
+    check_replication(&scenario.replication)?;
+    check_link(scenario, crafts)?;
+    check_faults(scenario, crafts)?;
+    if scenario.fleet.cores == Some(0) {
+        return Err(Finding::at(place!["fleet", "cores"], "a fleet on no cores")
+            .help("give at least 1, or leave it out to use all"));
+    }
+    scenario.network.as_ref().map_or(Ok(()), |network| check_network(network, crafts.len()))
+}
+
+fn check_run(scenario: &Scenario) -> Result<(), Finding> {
+    let run = &scenario.run;
+    if run.mode == RunMode::Open {
+        return Err(Finding::at(place!["run", "mode"], "mode `open` cannot be run yet")
+            .help("use `lockstep` (real processes) or `simulated`")
+            .label("not yet"));
+    }
+    whole("turns", run.turns, 1, TURNS_MAX)?;
+    whole("trials", run.trials, 1, u32::MAX)?;
+    whole("turn-limit-ms", run.turn_limit_ms, 1, u32::MAX)?;
+    whole("timing-turns", run.timing_turns, 1, TURNS_MAX)?;
+    if i64::try_from(run.seed).is_err() {
+        return Err(Finding::at(place!["run", "seed"], "the seed does not fit 63 bits")
+            .help(format!("use 0 to {}", i64::MAX)));
+    }
+    if let Some(rate) = run.rate_per_s {
+        above_zero(
+            place!["run", "rate-per-s"],
+            "rate",
+            rate,
+            RATE_PER_S_MAX,
+            "changes per second",
+        )?;
+    }
+    if let Some(duration) = run.duration_s {
+        above_zero(place!["run", "duration-s"], "duration", duration, DURATION_S_MAX, "seconds")?;
+    }
+    Ok(())
+}
+
+fn whole(key: &'static str, value: u32, least: u32, most: u32) -> Result<(), Finding> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Finding::at(place!["run", key], format!("`run.{key}` is {value}"))
+        .help(format!("use {least} to {most}"))
+        .label("out of bounds"))
+}
+
+fn above_zero(place: Place, what: &str, value: f64, most: f64, unit: &str) -> Result<(), Finding> {
+    if value > 0.0 && value <= most {
+        return Ok(());
+    }
+    Err(Finding::at(place, format!("a {what} of {value} is impossible"))
+        .help(format!("use more than 0 and at most {most} {unit}"))
+        .label("out of bounds"))
+}
+
+fn check_replication(replication: &Replication) -> Result<(), Finding> {
+    if let Some(strategies) = &replication.strategies {
+        let place = place!["replication", "strategies"];
+        if strategies.is_empty() {
+            let known = StrategyKind::ALL.map(StrategyKind::name);
+            return Err(Finding::at(place, "no strategy is chosen")
+                .help(format!("choose among {}, or leave it out", listing(&known))));
+        }
+        for (index, strategy) in strategies.iter().enumerate() {
+            if strategies[..index].contains(strategy) {
+                return Err(Finding::at(
+                    place.then(index),
+                    format!("the strategy `{strategy}` is chosen twice"),
+                )
+                .help("keep one")
+                .label("again"));
+            }
+        }
+    }
+    let most = RECORD_BYTES_MIN + RECORD_PADDING_BYTES_MAX;
+    if !(RECORD_BYTES_MIN..=most).contains(&replication.record_bytes) {
+        return Err(Finding::at(
+            place!["replication", "record-bytes"],
+            format!("a record of {} bytes is impossible", replication.record_bytes),
+        )
+        .help(format!("a record takes {RECORD_BYTES_MIN} bytes, with padding at most {most}"))
+        .label("out of bounds"));
+    }
+    Ok(())
+}
+
+/// Whether `count` outputs of one firing fit one sample; `place` is where they are listed.
+pub(super) fn check_outputs(count: usize, record_bytes: u32, place: &Place) -> Result<(), Finding> {
+    let fitting = (INBOX_PAYLOAD_BYTES / record_bytes as usize).min(CHANGES_PER_FIRING_MAX);
+    if count <= fitting {
+        return Ok(());
+    }
+    Err(Finding::at(place.clone(), format!("{count} outputs of one firing are too many"))
+        .help(format!("at most {fitting} records of {record_bytes} bytes fit one message")))
+}
+
+fn check_link(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
+    let link = &scenario.link;
+    if !(0.0..=1.0).contains(&link.loss) {
+        return Err(Finding::at(
+            place!["link", "loss"],
+            format!("a loss of {} is impossible", link.loss),
+        )
+        .help("loss is a share: 0 loses nothing, 0.05 five in a hundred, 1 everything")
+        .label("out of bounds"));
+    }
+    if !(0.0..=DELAY_MS_MAX).contains(&link.delay_ms) {
+        return Err(Finding::at(
+            place!["link", "delay-ms"],
+            format!("a delay of {} ms is impossible", link.delay_ms),
+        )
+        .help(format!("use 0 to {DELAY_MS_MAX} ms"))
+        .label("out of bounds"));
+    }
+    if let Some(bandwidth) = link.bandwidth_bits_per_s {
+        let place = place!["link", "bandwidth-bits-per-s"];
+        above_zero(place, "bandwidth", bandwidth, BANDWIDTH_BITS_PER_S_MAX, "bits per second")?;
+    }
+    if let Some(positions) = &link.from_positions {
+        let place = place!["link", "from-positions"];
+        above_zero(place.then("range-m"), "range", positions.range_m, RANGE_M_MAX, "metres")?;
+        let speed = positions.propagation_m_per_s;
+        above_zero(
+            place.then("propagation-m-per-s"),
+            "speed",
+            speed,
+            SPEED_OF_LIGHT_M_PER_S,
+            "metres per second",
+        )?;
+    }
+    for (index, outage) in link.outages.iter().enumerate() {
+        let place = place!["link", "outages", index];
+        check_craft(&outage.craft, &place, crafts)?;
+        if outage.from_turn >= outage.until_turn {
+            return Err(Finding::at(place.then("until-turn"), "the outage ends before it begins")
+                .help(format!("use more than `from-turn`, which is {}", outage.from_turn)));
+        }
+    }
+    Ok(())
+}
+
+fn check_faults(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
+    for (index, fault) in scenario.faults.process.iter().enumerate() {
+        let place = place!["faults", "process", index];
+        check_craft(&fault.craft, &place, crafts)?;
+        if fault.at_turn >= scenario.run.turns {
+            return Err(Finding::at(
+                place.then("at-turn"),
+                format!("turn {} never comes: a trial has {}", fault.at_turn, scenario.run.turns),
+            )
+            .help("turns are counted from 0; raise `run.turns` or fail earlier"));
+        }
+        if fault.duration_turns == Some(0) {
+            return Err(Finding::at(place.then("duration-turns"), "a fault that lasts no turn")
+                .help("give at least 1, or leave it out if the craft never goes on"));
+        }
+    }
+    Ok(())
+}
+
+fn check_craft(name: &str, entry: &Place, crafts: &[Craft]) -> Result<(), Finding> {
+    if crafts.iter().any(|craft| craft.name == name) {
+        return Ok(());
+    }
+    Err(Finding { place: entry.then("craft"), ..unknown_craft(name, crafts) })
+}
+
+fn check_network(network: &GeneratedNetwork, craft_count: usize) -> Result<(), Finding> {
+    let at = |key: &'static str, message: String| Finding::at(place!["network", key], message);
+    for (key, value) in
+        [("facts", network.facts), ("rules", network.rules), ("actions", network.actions)]
+    {
+        if !(1..=BOARD_ITEMS_MAX).contains(&value) {
+            return Err(at(key, format!("a board of {value} {key} is impossible"))
+                .help(format!("use 1 to {BOARD_ITEMS_MAX}"))
+                .label("out of bounds"));
+        }
+    }
+    let needed = u64::from(network.initial) + u64::from(network.finals);
+    if needed > u64::from(network.facts) {
+        let key = if network.finals > network.facts { "finals" } else { "initial" };
+        return Err(at(key, format!("{needed} initial and final facts of {}", network.facts))
+            .help(format!(
+                "initial facts are never final: `network.facts` must be at least {needed}"
+            )));
+    }
+    if network.premises_min == 0 || network.premises_min > network.premises_max {
+        return Err(at(
+            "premises-min",
+            format!("rules of {} to {} premises", network.premises_min, network.premises_max),
+        )
+        .help(format!("use 1 to `premises-max`, which is {}", network.premises_max)));
+    }
+    if network.premises_max > PREMISES_MAX {
+        return Err(at(
+            "premises-max",
+            format!("rules of up to {} premises", network.premises_max),
+        )
+        .help(format!("use at most {PREMISES_MAX}")));
+    }
+    if network.links > BOARD_ITEMS_MAX {
+        return Err(at("links", format!("{} links are too many", network.links))
+            .help(format!("use 0 to {BOARD_ITEMS_MAX}")));
+    }
+    if network.linking == LinkingModel::Sparse && network.degree == 0 {
+        return Err(at("degree", "boards without neighbours".to_owned())
+            .help("give at least 1 (4 by default)"));
+    }
+    if network.linking.links_every_pair() && craft_count > REAL_CRAFTS_MAX as usize {
+        return Err(at(
+            "linking",
+            format!(
+                "`{}` links every pair: {craft_count} crafts are too many",
+                network.linking.name()
+            ),
+        )
+        .help(format!(
+            "use `linking = \"sparse\"` (the preset `sparse`), or at most {REAL_CRAFTS_MAX} crafts"
+        )));
+    }
+    Ok(())
+}
