@@ -5,6 +5,7 @@
 //! times and costs, how the run ended, what is missing. Means and ratios are over the trials that
 //! came to an end of their own; the others are counted.
 
+use super::crafts::{CraftCell, craft_cells};
 use super::event::{Event, EventLine};
 use super::figure::Figures;
 use super::provenance::Provenance;
@@ -40,6 +41,8 @@ pub struct Deterministic {
     pub seed: Option<u64>,
     /// Figures by fleet size and strategy.
     pub cells: Vec<CountedCell>,
+    /// Sums by fleet size, strategy and craft.
+    pub crafts: Vec<CraftCell>,
     /// Every trial, ordered by cell and number.
     pub trials: Vec<TrialFacts>,
 }
@@ -118,6 +121,7 @@ impl Summary {
             scenario: provenance.as_ref().map(|provenance| provenance.scenario.clone()),
             seed: provenance.as_ref().map(|provenance| provenance.seed),
             cells: counted_cells(&trials),
+            crafts: craft_cells(&trials),
             trials,
         };
         let timing = Timing {
@@ -125,7 +129,7 @@ impl Summary {
             outcome: run.outcome(),
             missing: run.missing.clone(),
             incidents: run.events.iter().filter(|line| is_incident(&line.event)).cloned().collect(),
-            cells: times::timed_figures(&run.timings),
+            cells: times::timed_figures(run),
             records: run.timings.iter().map(|timed| timed.record.clone()).collect(),
             trials: run.trials.iter().map(trial_times).collect(),
         };

@@ -5,39 +5,83 @@
 //! negative where a strategy costs less than the noise.
 
 use super::figure::Figures;
-use super::read::TimedCell;
+use super::read::{RunData, TimedCell};
 use super::record::TimingRecord;
-use super::statistics::{Distribution, Quantile, as_float};
+use super::statistics::{Distribution, Quantile, as_float, time_histogram};
 use super::summary::TimedFigures;
+use hdrhistogram::Histogram;
 use shared_types::wire::StrategyKind;
 use std::collections::BTreeMap;
 
 /// Above this ratio of second half to first half a cell is not stationary.
 pub const SECOND_HALF_RATIO_MAX: f64 = 1.1;
 
-/// One row of figures per (size, strategy).
+/// One row of figures per (size, strategy) that was timed or tried.
 #[must_use]
-pub fn timed_figures(cells: &[TimedCell]) -> Vec<TimedFigures> {
-    let mut blocks: BTreeMap<(u32, StrategyKind), Vec<&TimedCell>> = BTreeMap::new();
+pub fn timed_figures(run: &RunData) -> Vec<TimedFigures> {
+    let mut rows: BTreeMap<Key, TimedFigures> = BTreeMap::new();
+    let merged = merged_cells(&run.timings);
+    let cores = run.provenance.as_ref().map(|provenance| provenance.cores_used);
+    for (&(size, strategy), own) in &merged {
+        let floor = merged.get(&(size, StrategyKind::Null));
+        let row = row_of(&mut rows, (size, strategy));
+        row.is_stationary = own.second_half_ratio.map(|ratio| ratio <= SECOND_HALF_RATIO_MAX);
+        own.add_figures(floor.filter(|_| strategy != StrategyKind::Null), cores, &mut row.figures);
+    }
+    for (key, (times, cpu_ns)) in trial_times(run) {
+        add_trial_figures(&times, cpu_ns, &mut row_of(&mut rows, key).figures);
+    }
+    rows.into_values().collect()
+}
+
+type Key = (u32, StrategyKind);
+
+fn row_of(rows: &mut BTreeMap<Key, TimedFigures>, key: Key) -> &mut TimedFigures {
+    let (size, strategy) = key;
+    let empty =
+        || TimedFigures { size, strategy, is_stationary: None, figures: Figures::default() };
+    rows.entry(key).or_insert_with(empty)
+}
+
+fn merged_cells(cells: &[TimedCell]) -> BTreeMap<Key, Merged> {
+    let mut blocks: BTreeMap<Key, Vec<&TimedCell>> = BTreeMap::new();
     for timed in cells {
         let cell = timed.record.cell;
         blocks.entry((cell.size, cell.strategy)).or_default().push(timed);
     }
-    let merged: BTreeMap<(u32, StrategyKind), Merged> =
-        blocks.into_iter().map(|(key, blocks)| (key, Merged::of(&blocks))).collect();
-    merged
-        .iter()
-        .map(|(&(size, strategy), own)| {
-            let floor =
-                merged.get(&(size, StrategyKind::Null)).filter(|_| strategy != StrategyKind::Null);
-            TimedFigures {
-                size,
-                strategy,
-                is_stationary: own.second_half_ratio.map(|ratio| ratio <= SECOND_HALF_RATIO_MAX),
-                figures: own.figures(floor),
-            }
-        })
-        .collect()
+    blocks.into_iter().map(|(key, blocks)| (key, Merged::of(&blocks))).collect()
+}
+
+/// Turn times and CPU time of the trials themselves, where they have a clock. They are short and cold:
+/// shown for a mission that was run once, never compared between strategies.
+fn trial_times(run: &RunData) -> BTreeMap<Key, (Histogram<u64>, u64)> {
+    let mut times: BTreeMap<Key, (Histogram<u64>, u64)> = BTreeMap::new();
+    for record in run.trials.iter().filter(|record| record.deterministic.end.is_in_means()) {
+        if record.timing.turn_times_ns.is_empty() {
+            continue;
+        }
+        let cell = record.deterministic.cell;
+        let (histogram, cpu_ns) =
+            times.entry((cell.size, cell.strategy)).or_insert_with(|| (time_histogram(), 0));
+        record.timing.turn_times_ns.iter().for_each(|&time| histogram.saturating_record(time));
+        *cpu_ns += record.timing.processes.iter().map(|process| process.cpu_ns).sum::<u64>();
+    }
+    times
+}
+
+fn add_trial_figures(times: &Histogram<u64>, cpu_ns: u64, figures: &mut Figures) {
+    let n = times.len();
+    for quantile in [Quantile::P50, Quantile::P99] {
+        let (metric, value) =
+            (format!("trial-turn-time-{}", quantile.name), quantile.of(times).map(as_float));
+        let label = format!("turn time in the trials, {}", quantile.name);
+        figures.lockstep(&metric, value, n, "ns", &label);
+    }
+    let max = Some(as_float(times.max()));
+    figures.lockstep("trial-turn-time-max", max, n, "ns", "turn time in the trials, largest");
+    let cpu = Some(as_float(cpu_ns) / as_float(n));
+    let label = "CPU time of the fleet a turn in the trials";
+    figures.lockstep("trial-cpu-per-turn", cpu, n, "ns", label);
 }
 
 /// All blocks of one cell.
@@ -96,11 +140,14 @@ impl Merged {
         self.turn_time.as_ref()?.quantile_ns(quantile).map(as_float)
     }
 
-    fn figures(&self, floor: Option<&Self>) -> Figures {
-        let mut figures = Figures::default();
-        self.turn_time_figures(floor, &mut figures);
-        self.cost_figures(floor, &mut figures);
-        figures
+    fn add_figures(&self, floor: Option<&Self>, cores: Option<u32>, figures: &mut Figures) {
+        self.turn_time_figures(floor, figures);
+        self.cost_figures(floor, figures);
+        let per_core = cores
+            .filter(|&cores| cores > 0)
+            .map(|cores| f64::from(self.processes) / f64::from(cores));
+        let label = "processes of the fleet per core that it may use";
+        figures.lockstep("processes-per-core", per_core, self.blocks, "1", label);
     }
 
     fn turn_time_figures(&self, floor: Option<&Self>, figures: &mut Figures) {
@@ -171,7 +218,7 @@ impl Merged {
 /// The turn times of all blocks together, from the histograms; a single block whose histogram is
 /// lost still has what its record says.
 fn turn_time(blocks: &[&TimedCell]) -> Option<Distribution> {
-    let mut all: Option<hdrhistogram::Histogram<u64>> = None;
+    let mut all: Option<Histogram<u64>> = None;
     for block in blocks {
         match (&block.turn_times, &mut all) {
             (None, _) if blocks.len() == 1 => return Some(block.record.turn_time.clone()),
