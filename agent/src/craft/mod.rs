@@ -95,6 +95,12 @@ impl Craft {
         }
     }
 
+    /// Whether the process has a part in the epoch.
+    #[must_use]
+    pub const fn takes_part(&self) -> bool {
+        !matches!(self.role, Role::Absent)
+    }
+
     /// The ports that this epoch needs.
     #[must_use]
     pub fn peers(&self, fleet: &FleetView<'_>) -> Peers {
@@ -232,9 +238,11 @@ impl Craft {
                 craft.receive_delta(header, changes, fleet, counting, out)
             }
             (Role::Client(client), Kind::Reply) => {
+                counting.counters.hops += u64::from(header.hop_count);
                 client.receive_reply(header, changes, fleet, counting, out)
             }
             (Role::Centre(centre), _) => {
+                counting.counters.hops += u64::from(header.hop_count);
                 centre.receive_request(kind, header, changes, fleet, counting, out)
             }
             _ => Err(Refusal::Kind),

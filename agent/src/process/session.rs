@@ -16,8 +16,8 @@ use shared_types::wire::{
 };
 use zerocopy::{FromBytes, IntoBytes};
 
-/// What the process can ask of the system around it.
-pub trait Surroundings {
+/// What the process asks of the system around it.
+pub trait Surroundings<E> {
     /// The time.
     fn now(&self) -> Nanos;
     /// CPU time that the process has used, ns.
@@ -25,16 +25,15 @@ pub trait Surroundings {
     /// Resident memory of the process, bytes.
     fn resident_bytes(&self) -> u64;
     /// Whether the process was told to end, or the orchestrator is gone.
-    fn must_end(&mut self) -> bool;
-}
-
-/// An endpoint that can also wait until something may have arrived.
-pub trait WaitingEndpoint: Endpoint {
-    /// Waits as the wake mode says; `idle_rounds` is how often in a row nothing had arrived.
+    fn must_end(&self) -> bool;
+    /// Something had arrived: the next wait is a short one.
+    fn stay_awake(&mut self);
+    /// Nothing had arrived: waits until something may have. A process that has no part in the epoch
+    /// sleeps at once, whatever the wake mode.
     ///
     /// # Errors
     /// If the transport fails.
-    fn wait(&mut self, idle_rounds: u32) -> Result<(), SendError>;
+    fn wait(&mut self, endpoint: &mut E, takes_part: bool) -> Result<(), SendError>;
 }
 
 /// Why a session ended before it was stopped.
@@ -68,8 +67,9 @@ enum Served {
 /// One process's session with its orchestrator.
 #[derive(Debug)]
 pub struct Session<E, S> {
-    endpoint: E,
+    // Dropped before the endpoint: the surroundings hear that the end begins.
     surroundings: S,
+    endpoint: E,
     craft: Craft,
     out: Outbox,
     orders: Vec<Order>,
@@ -79,7 +79,7 @@ pub struct Session<E, S> {
     has_reported: bool,
 }
 
-impl<E: WaitingEndpoint, S: Surroundings> Session<E, S> {
+impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
     /// A session of process `craft`.
     pub fn new(craft: CraftId, endpoint: E, surroundings: S) -> Self {
         Self {
@@ -106,10 +106,7 @@ impl<E: WaitingEndpoint, S: Surroundings> Session<E, S> {
             // The old networks are released before the new ones are taken.
             drop(world.take());
             let Some(sample) = self.await_world(next.network)? else { return Ok(()) };
-            let served = {
-                let fleet = FleetView::from_archive(&sample)?;
-                self.serve(&fleet, next)?
-            };
+            let served = self.serve(&FleetView::from_archive(&sample)?, &next)?;
             world = Some(sample);
             match served {
                 Served::Next(spec) => next = spec,
@@ -119,7 +116,6 @@ impl<E: WaitingEndpoint, S: Surroundings> Session<E, S> {
     }
 
     fn await_first_epoch(&mut self) -> Result<Option<EpochSpec>, SessionError> {
-        let mut idle_rounds = 0;
         loop {
             let orders = &mut self.orders;
             let arrived = self.endpoint.drain(&mut |_, header, payload| {
@@ -135,13 +131,12 @@ impl<E: WaitingEndpoint, S: Surroundings> Session<E, S> {
             if self.surroundings.must_end() {
                 return Ok(None);
             }
-            self.rest(arrived, &mut idle_rounds)?;
+            self.rest(arrived)?;
         }
     }
 
     /// The networks published for epoch `network`; `None` if the process shall end.
     fn await_world(&mut self, network: u32) -> Result<Option<WorldSample>, SessionError> {
-        let mut idle_rounds = 0;
         loop {
             if let Some(sample) = self.endpoint.take_world()?
                 && sample.header.epoch == network
@@ -151,15 +146,14 @@ impl<E: WaitingEndpoint, S: Surroundings> Session<E, S> {
             if self.surroundings.must_end() {
                 return Ok(None);
             }
-            self.rest(0, &mut idle_rounds)?;
+            self.rest(0)?;
         }
     }
 
     /// Serves every epoch on `fleet`, beginning with `spec`.
-    fn serve(&mut self, fleet: &FleetView<'_>, spec: EpochSpec) -> Result<Served, SessionError> {
+    fn serve(&mut self, fleet: &FleetView<'_>, spec: &EpochSpec) -> Result<Served, SessionError> {
         let network = spec.network;
-        self.begin(fleet, &spec)?;
-        let mut idle_rounds = 0;
+        self.begin(fleet, spec)?;
         loop {
             let arrived = self.step(fleet)?;
             let mut orders = std::mem::take(&mut self.orders);
@@ -179,10 +173,12 @@ impl<E: WaitingEndpoint, S: Surroundings> Session<E, S> {
             if self.surroundings.must_end() {
                 return Ok(Served::Stop);
             }
-            self.rest(arrived, &mut idle_rounds)?;
+            self.rest(arrived)?;
         }
     }
 
+    /// Starts an epoch: boards reset, ports open. The orchestrator then hears that this process is
+    /// ready.
     fn begin(&mut self, fleet: &FleetView<'_>, spec: &EpochSpec) -> Result<(), SessionError> {
         self.epoch = spec.epoch;
         self.has_reported = false;
@@ -263,14 +259,13 @@ impl<E: WaitingEndpoint, S: Surroundings> Session<E, S> {
     }
 
     /// Rings for what was sent, retries what waits, and waits if nothing arrived.
-    fn rest(&mut self, arrived: usize, idle_rounds: &mut u32) -> Result<(), SessionError> {
+    fn rest(&mut self, arrived: usize) -> Result<(), SessionError> {
         self.endpoint.ring();
         let waiting = self.endpoint.flush()?;
         if arrived > 0 || waiting > 0 {
-            *idle_rounds = 0;
+            self.surroundings.stay_awake();
         } else {
-            *idle_rounds = idle_rounds.saturating_add(1);
-            self.endpoint.wait(*idle_rounds)?;
+            self.surroundings.wait(&mut self.endpoint, self.craft.takes_part())?;
         }
         Ok(())
     }

@@ -28,13 +28,22 @@ pub struct EndpointOptions {
     pub world_bytes: usize,
     /// How processes of this run wait; without sleepers nobody rings.
     pub wake: WakeMode,
+    /// Whether a craft listens to the orchestrator's turns. The centre does not: it sleeps through
+    /// the epochs that have none, and hears of its own by unicast.
+    pub hears_turns: bool,
 }
 
 impl EndpointOptions {
     /// Options for a run of `craft_count` crafts (the centre included) with the usual bounds.
     #[must_use]
     pub const fn new(craft_count: u32, wake: WakeMode) -> Self {
-        Self { craft_count, payload_bytes_max: INBOX_PAYLOAD_BYTES, world_bytes: 0, wake }
+        Self {
+            craft_count,
+            payload_bytes_max: INBOX_PAYLOAD_BYTES,
+            world_bytes: 0,
+            wake,
+            hears_turns: true,
+        }
     }
 }
 
@@ -114,7 +123,7 @@ impl IceoryxEndpoint {
                 World::Subscriber(subscribe(&world_service, Service::World, own)?)
             },
             inbox: subscribe(&open(&node, inbox)?, inbox, own)?,
-            turn: (!is_orchestrator)
+            turn: (!is_orchestrator && options.hears_turns)
                 .then(|| subscribe(&open(&node, Service::Turn)?, Service::Turn, own))
                 .transpose()?,
             multicast: None,

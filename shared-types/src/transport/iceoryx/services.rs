@@ -112,6 +112,7 @@ impl IceoryxHost {
             payload_bytes_max: self.options.payload_bytes_max,
             world_bytes: self.options.world_bytes,
             wake,
+            hears_turns: false,
         };
         IceoryxEndpoint::open(&self.paths, CraftId::ORCHESTRATOR, Incarnation(0), options)
     }

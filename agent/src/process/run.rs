@@ -1,0 +1,111 @@
+//! A craft's process from its first act to its last.
+
+use super::session::{Session, SessionError, Surroundings};
+use super::startup::{self, AgentArguments, Ending, StartupError};
+use shared_types::ids::CraftId;
+use shared_types::time::Nanos;
+use shared_types::transport::iceoryx::{EndpointOptions, IceoryxEndpoint, IdleWait, OpenError};
+use shared_types::transport::{RunPaths, SendError, WakeMode, clock};
+use std::os::fd::AsFd;
+
+/// How often a centre without a part in the epoch looks up in wake mode `poll`, in which nobody
+/// rings, ns.
+const LOOK_UP_NS: u64 = 5_000_000;
+
+/// Why a craft's process ends with an error.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// It could not take its first steps.
+    #[error(transparent)]
+    Startup(#[from] StartupError),
+    /// The run that it belongs to is not there.
+    #[error(
+        "there is no live run at `{}`: `agent` is started by the orchestrator, never by hand",
+        .0.display()
+    )]
+    NoRun(std::path::PathBuf),
+    /// Its ports could not be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// Its session failed.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+}
+
+/// Lives as the craft that `arguments` name, until it is told to end.
+///
+/// # Errors
+/// If the process cannot start, or its transport fails.
+pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
+    let ending = startup::take_first_steps(arguments)?;
+    let paths = RunPaths::below(&arguments.base, arguments.run);
+    if !paths.lock_file().exists() {
+        return Err(ProcessError::NoRun(paths.root()));
+    }
+    // Room for a centre, whether or not the fleet has one.
+    let options = EndpointOptions {
+        hears_turns: arguments.craft != CraftId(arguments.craft_count),
+        ..EndpointOptions::new(arguments.craft_count + 1, arguments.wake)
+    };
+    let endpoint = IceoryxEndpoint::open(&paths, arguments.craft, arguments.incarnation, options)?;
+    let surroundings = System {
+        ending: &ending,
+        wake: arguments.wake,
+        idle: IdleWait::new(arguments.wake),
+        page_bytes: rustix::param::page_size() as u64,
+    };
+    let ended = Session::new(arguments.craft, endpoint, surroundings).run();
+    Ok(ended?)
+}
+
+/// The process's clock, memory and waiting.
+struct System<'a> {
+    ending: &'a Ending,
+    wake: WakeMode,
+    idle: IdleWait,
+    page_bytes: u64,
+}
+
+impl Drop for System<'_> {
+    /// The session is over and its ports are dropped next: from here on the end is bounded.
+    fn drop(&mut self) {
+        self.ending.begin();
+    }
+}
+
+impl Surroundings<IceoryxEndpoint> for System<'_> {
+    fn now(&self) -> Nanos {
+        clock::now()
+    }
+
+    fn cpu_ns(&self) -> u64 {
+        clock::process_cpu().0
+    }
+
+    fn resident_bytes(&self) -> u64 {
+        let pages = std::fs::read_to_string("/proc/self/statm")
+            .ok()
+            .and_then(|statm| statm.split(' ').nth(1)?.parse::<u64>().ok());
+        pages.unwrap_or(0) * self.page_bytes
+    }
+
+    fn must_end(&self) -> bool {
+        self.ending.is_requested()
+    }
+
+    fn stay_awake(&mut self) {
+        self.idle.reset();
+    }
+
+    fn wait(&mut self, endpoint: &mut IceoryxEndpoint, takes_part: bool) -> Result<(), SendError> {
+        let others = [self.ending.as_fd()];
+        if takes_part {
+            self.idle.wait(endpoint, None, &others)?;
+        } else {
+            let is_unheard = self.wake == WakeMode::Poll;
+            let until = is_unheard.then(|| clock::now().plus(LOOK_UP_NS));
+            endpoint.wait(until, &others)?;
+        }
+        Ok(())
+    }
+}
