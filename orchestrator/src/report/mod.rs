@@ -8,6 +8,8 @@ pub mod compare;
 mod details;
 mod document;
 mod incidents;
+pub mod published;
+pub mod ranges;
 pub mod run;
 pub mod table;
 

@@ -1,0 +1,105 @@
+//! The model's distributions against closed forms, and the published means against the model.
+
+use super::{Column, Sample, sample};
+use crate::report::published::{PUBLISHED_SIZES, Published, Verdict};
+use shared_types::scenario::GeneratedNetwork;
+use shared_types::wire::StrategyKind::{Boundary, Full, Hierarchy, Limited};
+
+const SEED: u64 = 2016;
+
+fn published_sample(crafts: u32, trials: u32) -> Sample {
+    sample(&GeneratedNetwork::default(), crafts, SEED, trials)
+}
+
+fn check_near(name: &str, crafts: u32, found: f64, wanted: f64, share: f64) {
+    let error = found / wanted - 1.0;
+    assert!(error.abs() < share, "N = {crafts}: {name} {found:.4}, not {wanted:.4} ({error:+.3})");
+}
+
+/// E[T], proposed/full and hierarchy/proposed within `share` of the closed forms.
+fn check_closed_forms(sample: &Sample, share: f64) {
+    let crafts = sample.crafts;
+    let value = |column| sample.range(column, SEED).value;
+    let (turns, distance) = match crafts {
+        2 => (5.26, 1.0),
+        3 => (3.69, 1.333),
+        5 => (2.44, 1.800),
+        _ => (1.54, 2.822),
+    };
+    check_near("turns", crafts, value(Column::Turns), turns, share);
+    let linked = 1.0 - (1.0 - 0.2593_f64).powi(i32::try_from(crafts).unwrap() - 1);
+    check_near("proposed/full", crafts, value(Column::Ratio(Boundary, Full)), linked, share);
+    let far = value(Column::Ratio(Hierarchy, Boundary));
+    check_near("hierarchy/proposed", crafts, far, distance, share);
+    let limited = value(Column::Ratio(Limited, Boundary));
+    check_near("limited/proposed", crafts, limited, f64::from(crafts - 1), 1e-9);
+    let mean_full = value(Column::Requests(Full));
+    check_near("full", crafts, mean_full, value(Column::Turns) * f64::from(crafts), 1e-9);
+}
+
+#[test]
+fn distributions_equal_the_closed_forms() {
+    for (crafts, trials) in [(2, 6000), (3, 4000), (5, 2000), (10, 1200)] {
+        check_closed_forms(&published_sample(crafts, trials), 0.05);
+    }
+}
+
+#[test]
+#[ignore = "ten thousand trials a size; run with --release"]
+fn distributions_of_ten_thousand_trials_equal_the_closed_forms() {
+    for (_, crafts) in PUBLISHED_SIZES {
+        let sample = published_sample(crafts, 10_000);
+        println!("N = {crafts}: {} dropped", sample.dropped);
+        for column in Column::ALL {
+            println!("  {column:?}: {:.3?}", sample.range(column, SEED));
+        }
+        check_closed_forms(&sample, 0.05);
+    }
+}
+
+#[test]
+fn published_means_lie_in_the_range_of_ten_trials() {
+    let published = Published::embedded();
+    for (_, crafts) in PUBLISHED_SIZES {
+        let sample = published_sample(crafts, 1000);
+        for column in Column::ALL {
+            let wanted = if column.is_source_inconsistent(crafts) {
+                Verdict::SourceInconsistent
+            } else {
+                Verdict::Reproduced
+            };
+            let found = sample.verdict(column, &published, SEED);
+            assert_eq!(found, Some(wanted), "N = {crafts}, {column:?}");
+        }
+    }
+}
+
+#[test]
+fn the_source_read_literally_is_rejected_by_its_own_tables() {
+    // 300 links per board in all: proposed/full does not grow with the fleet.
+    let parameters = GeneratedNetwork {
+        linking: shared_types::scenario::LinkingModel::PerBoard,
+        ..GeneratedNetwork::default()
+    };
+    let sample = sample(&parameters, 10, SEED, 400);
+    let column = Column::Ratio(Boundary, Full);
+    let verdict = sample.verdict(column, &Published::embedded(), SEED);
+    assert_eq!(verdict, Some(Verdict::NotReproduced));
+}
+
+#[test]
+fn same_seed_gives_the_same_ranges() {
+    let [one, two] = [0, 1].map(|_| published_sample(3, 50));
+    assert_eq!(one, two);
+    assert_eq!(one.range(Column::Turns, 1), two.range(Column::Turns, 1));
+    assert_ne!(one.range(Column::Turns, 1), two.range(Column::Turns, 2));
+}
+
+#[test]
+#[ignore = "prints a time; run with --release"]
+#[expect(clippy::disallowed_methods, reason = "a printed time, no assertion")]
+fn time_of_ten_crafts() {
+    let start = std::time::Instant::now();
+    let sample = published_sample(10, 1000);
+    println!("{:?} a trial, {} dropped", start.elapsed() / 1000, sample.dropped);
+}
