@@ -12,7 +12,9 @@ use nalgebra::Point3;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::Topology;
 use shared_types::scenario::Scenario;
-use shared_types::wire::StrategyKind;
+use shared_types::time::Nanos;
+use shared_types::transport::link::{Link, Verdict};
+use shared_types::wire::{Header, StrategyKind};
 
 /// Delay and range of every ordered pair of crafts, computed when asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -144,6 +146,19 @@ impl LinkTable {
                 distance_m.ceil()
             ))
             .label("out of range"))
+    }
+}
+
+/// In the simulator the table delays what crafts send each other; what goes to or comes from the
+/// orchestrator is no radio traffic.
+impl Link for LinkTable {
+    fn judge(&mut self, _now: Nanos, receiver: CraftId, header: &Header) -> Verdict {
+        let source = CraftId(header.source);
+        if self.is_instant() || [source, receiver].contains(&CraftId::ORCHESTRATOR) {
+            Verdict::Pass
+        } else {
+            Verdict::Delay(self.delay_ns(source, receiver))
+        }
     }
 }
 

@@ -10,8 +10,8 @@ use super::positions::LinkTable;
 use super::validate;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{BoardNetwork, Topology};
-use shared_types::scenario::{CraftCount, OneOrMany, RunMode, Scenario};
-use shared_types::wire::StrategyKind;
+use shared_types::scenario::{CraftCount, OneOrMany, RunMode, Scenario, SendPolicy};
+use shared_types::wire::{EpochSpec, StrategyKind};
 
 /// A scenario that can be run as it stands. Written back as TOML it reads as the same value.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,6 +89,25 @@ impl ResolvedScenario {
     #[must_use]
     pub fn strategies(&self) -> &[StrategyKind] {
         &self.strategies
+    }
+
+    /// What crafts are told of `trial` under `strategy`, as epoch 0 with its own networks; timing
+    /// epochs change turns and end condition.
+    #[must_use]
+    pub fn epoch_spec(&self, strategy: StrategyKind, trial: u32) -> EpochSpec {
+        let Scenario { replication, run, .. } = &self.scenario;
+        EpochSpec {
+            epoch: 0,
+            network: 0,
+            seed: run.seed,
+            trial,
+            strategy,
+            own_firing_only: replication.own_firing_only,
+            ignores_finals: false,
+            sends_altered_only: replication.send == SendPolicy::Altered,
+            record_bytes: replication.record_bytes,
+            turns_max: run.turns,
+        }
     }
 
     /// Tree and groups.

@@ -1,11 +1,16 @@
 //! Every preset reads, checks, compiles, and survives being written back.
 
 use crate::scenario::{
-    Base, NameTable, Override, PRESETS, ResolvedScenario, compile, find_preset, load, load_text,
+    Base, LinkTable, NameTable, Override, PRESETS, ResolvedScenario, compile, find_preset, load,
+    load_text,
 };
+use agent::lockstep::Outcome;
+use agent::oracle::{Metric, Observed, Replay, compare};
+use agent::simulation::Simulation;
 use shared_types::ids::{CraftId, FactId};
-use shared_types::knowledge::{BoardView, FleetNetwork, Value};
-use shared_types::wire::StrategyKind;
+use shared_types::knowledge::FleetNetwork;
+use shared_types::transport::memory::MemoryOptions;
+use shared_types::wire::{EpochSpec, StrategyKind};
 
 fn preset(name: &str) -> ResolvedScenario {
     match load(&Base::Preset(name.to_owned()), [], &[]) {
@@ -68,80 +73,70 @@ fn presets_have_the_crafts_that_they_promise() {
     assert!(find_preset("two-craft").unwrap().text.lines().count() <= 48, "fits a screen");
 }
 
-/// A mission played by its laws alone: every craft runs its first candidate, changes reach all
-/// sharers before the next turn. Returns the turns until a final fact held, `None` if none ever did.
-fn turns_to_final(network: &FleetNetwork, turns_max: u32) -> Option<u32> {
-    let view = network.view();
-    let mut values: Vec<Vec<Value>> = view
-        .boards
-        .iter()
-        .map(|board| {
-            let value = |fact| match board.initial.binary_search(&fact) {
-                Ok(_) => Value::Asserted,
-                Err(_) => Value::Unknown,
-            };
-            (0..board.fact_count).map(value).collect()
-        })
-        .collect();
-    let mut has_run: Vec<Vec<bool>> = view
-        .boards
-        .iter()
-        .map(|board| vec![false; (board.rule_count() + board.action_count()) as usize])
-        .collect();
-    let mut queued: Vec<Vec<u32>> = vec![Vec::new(); view.boards.len()];
-    for turn in 1..=turns_max {
-        let mut changes = Vec::new();
-        for (craft, board) in view.boards.iter().enumerate() {
-            let outputs = fire(board, &values[craft], &mut has_run[craft], &mut queued[craft]);
-            changes.extend(outputs.into_iter().map(|output| (craft, output)));
-        }
-        for (craft, packed) in changes {
-            let output = shared_types::knowledge::Literal(packed);
-            values[craft][output.fact().index()] = output.wanted();
-            for target in view.boards[craft].targets(output.fact()) {
-                values[target.craft.index()][target.fact.index()] = output.wanted();
-            }
-        }
-        let is_reached = |(board, values): (&BoardView<'_>, &Vec<Value>)| {
-            board.finals.iter().any(|&fact| values[fact as usize] == Value::Asserted)
-        };
-        if view.boards.iter().zip(&values).any(is_reached) {
-            return Some(turn);
+#[test]
+fn every_mission_reaches_its_final_fact_in_every_trial() {
+    for (name, turns_max) in [("two-craft", 4), ("planetary-survey", 40), ("hierarchy-13", 40)] {
+        let scenario = preset(name);
+        let network = compiled(&scenario);
+        for trial in 0..100 {
+            let spec = scenario.epoch_spec(StrategyKind::Boundary, trial);
+            let replay = Replay::of(&network.view(), &spec);
+            assert_eq!(replay.outcome, Outcome::Finished, "{name}, trial {trial}");
+            assert!(replay.turns <= turns_max, "{name}, trial {trial}: {} turns", replay.turns);
         }
     }
-    None
-}
-
-/// Runs the first candidate of a board; returns its outputs.
-fn fire(
-    board: &BoardView<'_>,
-    values: &[Value],
-    has_run: &mut [bool],
-    queued: &mut Vec<u32>,
-) -> Vec<u32> {
-    let is_met = |&packed: &u32| {
-        let premise = shared_types::knowledge::Literal(packed);
-        premise.is_met_by(values[premise.fact().index()])
-    };
-    let rule_count = board.rule_count();
-    let rule = (0..rule_count).find(|&rule| {
-        let may_run = !has_run[rule as usize] || board.repeating_rules.contains(&rule);
-        may_run && board.premises.row(rule as usize).iter().all(is_met)
-    });
-    if let Some(rule) = rule {
-        has_run[rule as usize] = true;
-        queued.extend(board.queues.row(rule as usize));
-        return board.outputs.row(rule as usize).to_vec();
-    }
-    queued.pop().map_or_else(Vec::new, |action| board.action_outputs.row(action as usize).to_vec())
 }
 
 #[test]
-fn every_mission_reaches_its_final_fact() {
-    for (name, turns_max) in [("two-craft", 6), ("planetary-survey", 40), ("hierarchy-13", 40)] {
-        let turns = turns_to_final(&compiled(&preset(name)), turns_max);
-        assert!(turns.is_some(), "{name} is not over after {turns_max} turns");
+fn every_preset_plays_as_replayed_under_all_its_strategies() {
+    for known in PRESETS {
+        let scenario = preset(known.name);
+        let network = compiled(&scenario);
+        let fleet = network.view();
+        let mut simulation = Simulation::new(fleet.craft_count(), MemoryOptions::default());
+        simulation.network().set_link(scenario.links().clone());
+        for &strategy in scenario.strategies() {
+            if strategy == StrategyKind::Null {
+                continue; // Replays a script that the run adds.
+            }
+            let spec = EpochSpec { turns_max: 60, ..scenario.epoch_spec(strategy, 3) };
+            let replay = Replay::of(&fleet, &spec);
+            let played = simulation.play(&spec, &fleet).unwrap();
+            let observed = Observed {
+                trial: spec.trial,
+                turns: played.turns,
+                outcome: played.outcome,
+                path_digest: played.path_digest,
+                reports: &played.reports,
+            };
+            let expected = replay.expected(&fleet, &spec, strategy);
+            let differences: Vec<String> = compare(&replay, &expected, &observed)
+                .iter()
+                .filter(|found| !(strategy.has_centre() && found.metric == Metric::Hops))
+                .map(ToString::to_string)
+                .collect();
+            assert!(differences.is_empty(), "{}: {differences:#?}", known.name);
+        }
     }
+}
+
+#[test]
+fn positions_delay_a_simulated_mission_and_change_nothing_else() {
+    let scenario = preset("planetary-survey");
+    let network = compiled(&scenario);
+    let spec = scenario.epoch_spec(StrategyKind::Boundary, 0);
+    let play = |links: Option<LinkTable>| {
+        let mut simulation = Simulation::new(9, MemoryOptions::default());
+        if let Some(links) = links {
+            simulation.network().set_link(links);
+        }
+        simulation.play(&spec, &network.view()).unwrap()
+    };
+    let (near, far) = (play(None), play(Some(scenario.links().clone())));
+    assert_eq!(near.path, far.path);
+    // The order goes down and two summaries come up, over 400 km each.
+    let slower_ns = far.duration_ns.saturating_sub(near.duration_ns);
+    assert!(slower_ns >= 2 * 1_326_000, "{slower_ns}");
 }
 
 fn fact(names: &NameTable, craft: &str, fact: &str) -> (CraftId, FactId) {
