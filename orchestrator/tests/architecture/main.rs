@@ -9,6 +9,7 @@
 mod directions;
 mod imports;
 mod licences;
+mod limits_page;
 mod packages;
 mod repository;
 mod rust_text;
@@ -92,6 +93,18 @@ fn every_name_says_what_the_file_is_about() {
 #[test]
 fn nothing_is_left_to_do_and_nothing_unwraps() {
     check_rust_files(shape::check_calls);
+}
+
+#[test]
+fn unsafe_stands_in_named_files_only() {
+    check_rust_files(shape::check_unsafe);
+}
+
+#[test]
+fn the_page_of_limits_says_what_the_code_says() {
+    let repository = Repository::find();
+    let limits = repository.read("shared-types/src/limits.rs");
+    expect_none(limits_page::check("docs/limits.md", &repository.read("docs/limits.md"), &limits));
 }
 
 #[test]

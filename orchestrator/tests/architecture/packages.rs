@@ -19,7 +19,8 @@ pub(crate) const CRATES: &[CrateRule] = &[
 ];
 
 /// What the customer asked the product to be built with.
-const ASKED_FOR: [&str; 6] = ["iceoryx2", "serde", "rkyv", "rand_chacha", "clap", "hdrhistogram"];
+const ASKED_FOR: [&str; 7] =
+    ["iceoryx2", "serde", "rkyv", "nalgebra", "rand_chacha", "clap", "hdrhistogram"];
 
 /// Checks the dependencies of every kind in one manifest.
 pub(crate) fn check_manifest(rule: &CrateRule, path: &str, manifest: &str) -> Vec<Violation> {

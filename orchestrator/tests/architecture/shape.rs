@@ -1,4 +1,4 @@
-//! The shape of a Rust file: its head, its length, its name, and calls that it must not hold.
+//! The shape of a Rust file: its head, its length, its name, and what it must not hold.
 
 use crate::Violation;
 use crate::rust_text::{RustFile, code_of, line_of};
@@ -8,6 +8,10 @@ const LINES_MAX: usize = 400;
 
 /// Data tables, which may be longer. A file that needs it no longer is taken off.
 const DATA_TABLES: [&str; 0] = [];
+
+/// Where `unsafe` may stand: what begins with one of these.
+const UNSAFE_PLACES: [&str; 2] =
+    ["orchestrator/src/launch/os_process.rs", "shared-types/src/transport/iceoryx/"];
 
 /// Names that say nothing about what is inside.
 const EMPTY_NAMES: [&str; 8] =
@@ -58,6 +62,17 @@ pub(crate) fn check_calls(file: &RustFile) -> Vec<Violation> {
     found
 }
 
+/// `unsafe` is denied, so that whoever needs it has to name the lint.
+pub(crate) fn check_unsafe(file: &RustFile) -> Vec<Violation> {
+    let code = file.product_code();
+    if UNSAFE_PLACES.iter().any(|place| file.path.starts_with(place)) {
+        return Vec::new();
+    }
+    let line = code.find("unsafe_code").map(|at| line_of(&code, at));
+    let what = "`unsafe` stands in named files only; use zerocopy or rustix, or move it there";
+    violation_unless(line.is_none(), file, line.unwrap_or(1), what)
+}
+
 fn violation_unless(holds: bool, file: &RustFile, line: usize, what: &str) -> Vec<Violation> {
     if holds {
         Vec::new()
@@ -88,6 +103,15 @@ fn an_empty_name_is_found() {
         assert_eq!(check_name(&RustFile::new(path, "")).len(), 1, "{path}");
     }
     assert_eq!(check_name(&RustFile::new("a/src/utilisation.rs", "")), []);
+}
+
+#[test]
+fn unsafe_outside_its_places_is_found_with_its_line() {
+    let source = "//! Head.\n#[expect(unsafe_code, reason = \"b\")]\nfn a() {}";
+    let found = check_unsafe(&RustFile::new("agent/src/a.rs", source));
+    assert_eq!(found.iter().map(|found| found.line).collect::<Vec<_>>(), [2]);
+    assert_eq!(check_unsafe(&RustFile::new(UNSAFE_PLACES[0], source)), []);
+    assert_eq!(check_unsafe(&RustFile::new("agent/tests/a.rs", source)), []);
 }
 
 #[test]
