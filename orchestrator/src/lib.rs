@@ -1,6 +1,7 @@
 //! The orchestrator.
 
 pub mod cli;
+pub mod expectation;
 pub mod launch;
 pub mod outcome;
 pub mod report;

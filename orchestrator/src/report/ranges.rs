@@ -1,22 +1,16 @@
 //! What ten trials may show under our model: the range in which a published mean must lie.
 //!
-//! Trials are generated and replayed by the oracle, without fleets. From their counts, groups of ten
-//! are drawn again and again; the middle 95 % of the groups' means (for a ratio: of the groups' ratios
-//! of sums) is the range. Trials that reach no final fact are counted and left out, as in the source.
-//! All draws come from the seed.
+//! From the counts of many replayed trials, groups of ten are drawn again and again; the middle 95 %
+//! of the groups' means (for a ratio: of the groups' ratios of sums) is the range. Trials that reach
+//! no final fact are counted and left out, as in the source. All draws come from the seed. Not here:
+//! where the counts come from (`crate::expectation`).
 
 use super::published::{
     PUBLISHED_TRIALS, Published, PublishedRow, Verdict, is_source_inconsistent,
 };
-use crate::scenario::generate::generate;
-use agent::lockstep::Outcome;
-use agent::oracle::Replay;
 use serde::{Deserialize, Serialize};
-use shared_types::knowledge::FleetNetwork;
-use shared_types::limits::PUBLISHED_TURNS_MAX;
 use shared_types::rng::{Purpose, Stream};
-use shared_types::scenario::GeneratedNetwork;
-use shared_types::wire::{DELTA_BYTES, EpochSpec, StrategyKind};
+use shared_types::wire::StrategyKind;
 
 /// Groups of ten trials that are drawn for a range.
 const GROUPS: usize = 10_000;
@@ -122,52 +116,6 @@ impl Range {
     }
 }
 
-/// Generates and replays trials `0..trials` of `seed`.
-#[must_use]
-pub fn sample(parameters: &GeneratedNetwork, crafts: u32, seed: u64, trials: u32) -> Sample {
-    let mut network = FleetNetwork::default();
-    let mut counted = Sample { crafts, trials: Vec::new(), dropped: 0 };
-    for trial in 0..trials {
-        generate(parameters, crafts, seed, trial, &mut network);
-        let (fleet, spec) = (network.view(), published_spec(seed, trial));
-        let replay = Replay::of(&fleet, &spec);
-        if replay.outcome != Outcome::Finished {
-            counted.dropped += 1;
-            continue;
-        }
-        let requests = |strategy| replay.expected(&fleet, &spec, strategy).requests();
-        counted.trials.push(TrialCounts {
-            turns: u64::from(replay.turns),
-            requests: PublishedRow {
-                label: trial,
-                proposed: requests(StrategyKind::Boundary),
-                full: requests(StrategyKind::Full),
-                limited: requests(StrategyKind::Limited),
-                central: requests(StrategyKind::Central),
-                hierarchy: requests(StrategyKind::Hierarchy),
-            },
-        });
-    }
-    counted
-}
-
-/// The published experiment's epoch: a final fact counts when a firing newly asserts it on its own
-/// board, all outputs are changes, 200 turns.
-fn published_spec(seed: u64, trial: u32) -> EpochSpec {
-    EpochSpec {
-        epoch: 0,
-        network: 0,
-        seed,
-        trial,
-        strategy: StrategyKind::Null,
-        own_firing_only: true,
-        ignores_finals: false,
-        sends_altered_only: false,
-        record_bytes: u32::try_from(DELTA_BYTES).expect("invariant: a record is small"),
-        turns_max: PUBLISHED_TURNS_MAX,
-    }
-}
-
 impl Sample {
     /// The column's value over all trials and the range of its ten-trial means.
     ///
@@ -213,6 +161,3 @@ fn ratio_of_sums(parts: impl Iterator<Item = [f64; 2]>) -> f64 {
         parts.fold([0.0, 0.0], |sums, part| [sums[0] + part[0], sums[1] + part[1]]);
     if below == 0.0 { f64::INFINITY } else { above / below }
 }
-
-#[cfg(test)]
-mod tests;
