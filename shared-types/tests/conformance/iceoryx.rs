@@ -26,13 +26,13 @@ fn machine_wide_lock() -> File {
 }
 
 /// A run of its own; whatever happens, nothing of it is left.
-struct Run {
-    paths: RunPaths,
+pub(crate) struct Run {
+    pub(crate) paths: RunPaths,
     _machine: File,
 }
 
 impl Run {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         static RUNS: AtomicU64 = AtomicU64::new(0);
         let number = RUNS.fetch_add(1, Ordering::Relaxed);
         let run = u64::from(std::process::id()) << 8 | number & 0xff;
@@ -172,6 +172,21 @@ fn a_turn_and_a_multicast_ring_everybody_who_gets_them() {
         let expected = if number == 2 { Wake::Timeout } else { Wake::Bell };
         assert_eq!(craft.wait(soon(), &[]).expect("waits"), expected, "craft {number}");
     }
+}
+
+#[test]
+fn crafts_that_came_after_the_orchestrator_are_rung_at_once() {
+    let mut fleet = IceoryxFleet::new(WakeMode::Block);
+    drop(fleet.crafts.remove(3));
+    let options = EndpointOptions::new(CRAFTS, WakeMode::Block);
+    send_number(fleet.orchestrator(), Destination::Turn, 0).expect("sends");
+    let mut late = IceoryxEndpoint::open(&fleet.run.paths, CraftId(3), Incarnation(1), options)
+        .expect("opens");
+    send_number(fleet.orchestrator(), Destination::Turn, 1).expect("sends");
+    fleet.orchestrator().ring();
+    let soon = clock::now().plus(1_000_000);
+    assert_eq!(late.wait(Some(soon), &[]).expect("waits"), Wake::Bell);
+    assert_eq!(numbers(&drain(&mut late)), [1]);
 }
 
 #[test]

@@ -10,3 +10,5 @@ mod fleet;
 mod iceoryx;
 mod laws;
 mod memory;
+#[cfg(feature = "shell")]
+mod reclaim;

@@ -39,6 +39,8 @@ pub(super) struct Broadcast {
     own: CraftId,
     /// Port id and craft of every other subscriber, as last listed.
     listeners: Vec<(u128, CraftId)>,
+    /// How many subscribers there were then, this craft's own among them.
+    subscriber_count: usize,
 }
 
 impl Broadcast {
@@ -51,7 +53,8 @@ impl Broadcast {
         let factory = open(node, service)?;
         let missed = Arc::new(Missed::default());
         let publisher = publish(&factory, service, payload_bytes_max, Some(Arc::clone(&missed)))?;
-        let mut broadcast = Self { factory, publisher, missed, own, listeners: Vec::new() };
+        let (listeners, subscriber_count) = (Vec::new(), 0);
+        let mut broadcast = Self { factory, publisher, missed, own, listeners, subscriber_count };
         broadcast.list();
         Ok(broadcast)
     }
@@ -78,6 +81,9 @@ impl Broadcast {
         write: &mut dyn FnMut(&mut [u8]),
         missed: &mut Vec<CraftId>,
     ) -> Result<(), SendError> {
+        if self.factory.dynamic_config().number_of_subscribers() != self.subscriber_count {
+            self.list();
+        }
         let taken = publish_sample(&self.publisher, header, length, write)?;
         let is_noted = self.missed.is_any.load(Ordering::Relaxed);
         if taken == 0 && !is_noted {
@@ -105,8 +111,10 @@ impl Broadcast {
     }
 
     fn list(&mut self) {
-        let Self { factory, listeners, own, .. } = self;
+        let Self { factory, listeners, own, subscriber_count, .. } = self;
         listeners.clear();
+        // Counted first: who comes while the list is read makes it be read again.
+        *subscriber_count = factory.dynamic_config().number_of_subscribers();
         factory.dynamic_config().list_subscribers(|details| {
             if let Ok(number) = details.subscriber_name.as_str().parse()
                 && CraftId(number) != *own
