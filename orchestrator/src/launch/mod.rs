@@ -5,6 +5,8 @@
 //! the processes is `supervision`'s work.
 
 pub mod craft_process;
+pub mod host;
 pub mod leftovers;
 pub mod os_process;
+pub mod placement;
 pub mod run_root;
