@@ -9,4 +9,5 @@ pub mod host;
 pub mod leftovers;
 pub mod os_process;
 pub mod placement;
+pub mod resources;
 pub mod run_root;

@@ -13,6 +13,7 @@ use rustix::io::Errno;
 use rustix::process::geteuid;
 use rustix::rand::{GetRandomFlags, getrandom};
 use shared_types::transport::RunPaths;
+use shared_types::transport::reclaim::{ReclaimError, Removed, remove_run};
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -120,14 +121,14 @@ impl RunRoot {
     ///
     /// # Errors
     /// If something cannot be removed; the next start tries again.
-    pub fn remove(mut self) -> io::Result<()> {
+    pub fn remove(mut self) -> Result<Removed, ReclaimError> {
         self.remove_files()
     }
 
-    fn remove_files(&mut self) -> io::Result<()> {
+    fn remove_files(&mut self) -> Result<Removed, ReclaimError> {
         match self.lock.take() {
-            Some(lock) => remove_run(&self.paths, lock),
-            None => Ok(()),
+            Some(_held_until_the_files_are_gone) => remove_run(&self.paths),
+            None => Ok(Removed::default()),
         }
     }
 }
@@ -168,13 +169,13 @@ pub fn clean_dead_runs(base: &Path) -> Result<CleanReport, RunRootError> {
     for paths in runs {
         let name = paths.root().file_name().map(|name| name.to_string_lossy().into_owned());
         let name = name.expect("invariant: a root has a name");
-        let Some(lock) = take_lock(&paths)? else {
+        let Some(_held_until_the_files_are_gone) = take_lock(&paths)? else {
             report.living.push(name);
             continue;
         };
         report.killed.extend(leftovers::end_all(&paths).iter().map(Leftover::pid));
-        match remove_run(&paths, lock) {
-            Ok(()) => report.removed.push(name),
+        match remove_run(&paths) {
+            Ok(_) => report.removed.push(name),
             Err(error) => report.failed.push((name, error.to_string())),
         }
     }
@@ -232,25 +233,4 @@ fn take_lock(paths: &RunPaths) -> Result<Option<File>, RunRootError> {
     let is_there =
         stat(&path).is_ok_and(|there| (there.st_dev, there.st_ino) == (held.st_dev, held.st_ino));
     Ok(is_there.then_some(file))
-}
-
-/// Removes the files of a run whose lock is `held`: its segments, then its root, then the base if no
-/// other run lives there.
-fn remove_run(paths: &RunPaths, held: File) -> io::Result<()> {
-    for segment in paths.segments()? {
-        ignore_missing(std::fs::remove_file(segment))?;
-    }
-    ignore_missing(std::fs::remove_dir_all(paths.root()))?;
-    drop(held);
-    match rustix::fs::rmdir(paths.base()) {
-        Ok(()) | Err(Errno::NOTEMPTY | Errno::EXIST | Errno::NOENT) => Ok(()),
-        Err(error) => Err(error.into()),
-    }
-}
-
-fn ignore_missing(result: io::Result<()>) -> io::Result<()> {
-    match result {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        other => other,
-    }
 }
