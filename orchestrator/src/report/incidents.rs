@@ -82,13 +82,13 @@ fn discrepancy(facts: &TrialFacts) -> String {
     let crafts = facts
         .crafts
         .iter()
-        .filter(|craft| !craft.measured.agree_with(&craft.expected))
+        .filter(|craft| craft.measured != craft.expected)
         .map(|craft| craft.name.as_str())
         .collect::<Vec<_>>();
     let (measured, expected) = (facts.measured.total(), facts.expected.total());
     format!(
         "{} crafts, {}, trial {}: measured and expected: requests {} and {}, transmissions {} and \
-         {}, deliveries {} and {}, hops {} and {}; crafts that differ: {}",
+         {}, deliveries {} and {}, bytes {} and {}, hops {} and {}; crafts that differ: {}",
         facts.cell.size,
         facts.cell.strategy,
         facts.trial,
@@ -98,6 +98,8 @@ fn discrepancy(facts: &TrialFacts) -> String {
         expected.transmissions,
         measured.deliveries,
         expected.deliveries,
+        measured.bytes_sent,
+        expected.bytes_sent,
         facts.hops,
         facts.expected_hops,
         if crafts.is_empty() { "none".to_owned() } else { crafts.join(", ") },

@@ -10,6 +10,7 @@ mod document;
 mod incidents;
 pub mod published;
 pub mod ranges;
+pub mod reproduce;
 pub mod run;
 pub mod table;
 

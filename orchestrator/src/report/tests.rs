@@ -6,7 +6,7 @@ use super::table::{Colour, WIDTH, exact, short};
 use super::{Look, Report};
 use crate::outcome::Outcome;
 use crate::results::event::{Event, ProcessEnd};
-use crate::results::figure::Figures;
+use crate::results::figure::Figure;
 use crate::results::read::read_run;
 use crate::results::record::{FinalFact, TrialEnd};
 use crate::results::sample::{STRATEGIES, leave_run, provenance, timing, trial};
@@ -25,9 +25,7 @@ pub(super) fn sample(sizes: &[u32]) -> Summary {
 }
 
 fn published() -> Vec<PublishedMean> {
-    let mut figures = Figures::default();
-    figures.count("mean", Some(13.8), 10, "request", "published mean");
-    let figure = figures.get("mean").unwrap().clone();
+    let figure = Figure::count(Some(13.8), 10, "request", "published mean");
     [(StrategyKind::Full, true), (StrategyKind::Limited, false)]
         .into_iter()
         .map(|(strategy, is_explained)| PublishedMean {

@@ -67,7 +67,7 @@ pub fn craft_cells(trials: &[TrialFacts]) -> Vec<CraftCell> {
                 figures.count(metric, Some(as_float(sum)), records.len() as u64, unit, &label);
             }
             let agrees_with_oracle =
-                records.iter().all(|record| record.measured.agree_with(&record.expected));
+                records.iter().all(|record| record.measured == record.expected);
             let name = records[0].name.clone();
             CraftCell { size, strategy, craft, name, agrees_with_oracle, figures }
         })

@@ -25,6 +25,14 @@ pub struct Figure {
     pub label: String,
 }
 
+impl Figure {
+    /// A count, or a ratio of counts: exact, under no load, without an interval.
+    #[must_use]
+    pub fn count(value: Option<f64>, n: u64, unit: &'static str, label: &str) -> Self {
+        Self { value, n, low: None, high: None, unit, load: None, label: label.to_owned() }
+    }
+}
+
 /// The figures of one row of the tables, by metric.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
@@ -40,7 +48,7 @@ impl Figures {
         unit: &'static str,
         label: &str,
     ) {
-        self.put(metric, value, n, unit, None, label);
+        self.0.insert(metric.to_owned(), Figure::count(value, n, unit, label));
     }
 
     /// Adds a time or cost measured in lockstep.
@@ -52,20 +60,7 @@ impl Figures {
         unit: &'static str,
         label: &str,
     ) {
-        self.put(metric, value, n, unit, Some("lockstep"), label);
-    }
-
-    fn put(
-        &mut self,
-        metric: &str,
-        value: Option<f64>,
-        n: u64,
-        unit: &'static str,
-        load: Option<&'static str>,
-        label: &str,
-    ) {
-        let label = label.to_owned();
-        let figure = Figure { value, n, low: None, high: None, unit, load, label };
+        let figure = Figure { load: Some("lockstep"), ..Figure::count(value, n, unit, label) };
         self.0.insert(metric.to_owned(), figure);
     }
 
