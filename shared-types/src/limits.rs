@@ -59,6 +59,9 @@ pub const RECORD_PADDING_BYTES_MAX: u32 = 4096;
 /// Most changes of one firing.
 pub const CHANGES_PER_FIRING_MAX: usize = 1024;
 
+/// Most links of all boundary facts of a mission together, one from each sharer to every other.
+pub const SHARED_LINKS_MAX: u64 = 16_000_000;
+
 /// Most premises of one rule: a byte counts those that are not met yet.
 pub const PREMISES_MAX: u32 = 255;
 

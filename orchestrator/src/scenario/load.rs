@@ -104,21 +104,21 @@ fn as_toml(value: &str) -> String {
     }
 }
 
-/// Reads, merges and checks a scenario. `environment` is the process's (only `SLATESWARM_*` names
-/// with `__` are read), in any order; of two overrides of one key the later one holds.
+/// Reads, merges and checks a scenario. `variables` are the process's ([`environment`]; only
+/// `SLATESWARM_*` names with `__` are read), in any order; of two overrides of one key the later one holds.
 ///
 /// # Errors
 /// One error, the first found, with place and remedy: the file cannot be read, a text is not TOML, a
 /// key is unknown, a value has the wrong type, or what it all says cannot be run.
 pub fn load(
     base: &Base,
-    environment: impl IntoIterator<Item = (String, String)>,
+    variables: impl IntoIterator<Item = (String, String)>,
     overrides: &[Override],
 ) -> Result<ResolvedScenario, ScenarioError> {
     let (label, text, name) = base.read()?;
     let mut layers = Layers::default();
     layers.push(label, &text);
-    let mut variables: Vec<(String, String)> = environment.into_iter().collect();
+    let mut variables: Vec<(String, String)> = variables.into_iter().collect();
     variables.sort();
     let variables = variables.iter().filter_map(|(name, value)| Override::variable(name, value));
     for Override { label, text } in variables.chain(overrides.iter().cloned()) {
@@ -143,6 +143,15 @@ pub fn load_text(
         layers.push(label, text);
     }
     resolve_layers(&layers, label)
+}
+
+/// The variables of this process that may set a key, for [`load`].
+pub fn environment() -> impl Iterator<Item = (String, String)> {
+    std::env::vars_os()
+        .map(|(name, value)| {
+            (name.to_string_lossy().into_owned(), value.to_string_lossy().into_owned())
+        })
+        .filter(|(name, _)| name.starts_with("SLATESWARM_"))
 }
 
 fn resolve_layers(layers: &Layers, name: &str) -> Result<ResolvedScenario, ScenarioError> {

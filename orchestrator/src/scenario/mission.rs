@@ -16,6 +16,7 @@ use shared_types::ids::{ActionId, CraftId, FactId};
 use shared_types::knowledge::Literal;
 use shared_types::limits::PREMISES_MAX;
 use shared_types::scenario::{OneOrMany, Scenario, Tier};
+use std::collections::BTreeMap;
 
 /// Boards and shared facts of a written-out mission, in ids.
 pub(super) fn draft(
@@ -25,6 +26,7 @@ pub(super) fn draft(
     let mut drafting = Drafting {
         scenario,
         crafts,
+        ids: ids_by_name(crafts),
         boards: crafts.iter().map(|_| BoardDraft::default()).collect(),
         shared: Vec::new(),
     };
@@ -44,6 +46,7 @@ pub(super) fn draft(
 pub(super) struct Drafting<'s> {
     pub(super) scenario: &'s Scenario,
     pub(super) crafts: &'s [Craft],
+    ids: BTreeMap<&'s str, CraftId>,
     pub(super) boards: Vec<BoardDraft>,
     pub(super) shared: Vec<Shared>,
 }
@@ -84,9 +87,9 @@ impl Drafting<'_> {
 
     /// The craft called `name`, which stands at `place`.
     pub(super) fn craft_id(&self, name: &str, place: &Place) -> Result<CraftId, Finding> {
-        let found = self.crafts.iter().position(|craft| craft.name == name);
-        found
-            .map(CraftId::from_index)
+        self.ids
+            .get(name)
+            .copied()
             .ok_or_else(|| Finding { place: place.clone(), ..unknown_craft(name, self.crafts) })
     }
 
@@ -114,14 +117,10 @@ impl Drafting<'_> {
                 Ok(of_tier)
             }
             (Some(names), None) => {
-                let ids = ids_by_name(self.crafts);
                 let mut found = Vec::with_capacity(names.len());
                 for (index, name) in names.iter().enumerate() {
                     let at = place.then("craft").then(index);
-                    let id = ids.get(name.as_str()).copied().ok_or_else(|| Finding {
-                        place: at.clone(),
-                        ..unknown_craft(name, self.crafts)
-                    })?;
+                    let id = self.craft_id(name, &at)?;
                     if found.contains(&id) {
                         return Err(
                             Finding::at(at, format!("`{name}` is named twice")).help("keep one")

@@ -7,6 +7,7 @@ use super::fleet::{self, Craft};
 use super::mission;
 use super::names::NameTable;
 use super::positions::LinkTable;
+use super::reach::Reached;
 use super::validate;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{BoardNetwork, Topology};
@@ -23,6 +24,7 @@ pub struct ResolvedScenario {
     links: LinkTable,
     boards: Vec<BoardNetwork>,
     names: NameTable,
+    notices: Vec<String>,
 }
 
 impl ResolvedScenario {
@@ -49,12 +51,18 @@ impl ResolvedScenario {
         };
         links.check_range(&crafts, &shared, &topology, &strategies)?;
         let (boards, names) = mission_boards(&crafts, drafts, &shared);
+        let mut notices = notices(&scenario, &links);
+        if scenario.network.is_none() {
+            let reached = Reached::of(&boards);
+            reached.check(&scenario, &boards, &names)?;
+            notices.extend(reached.notices(&boards, &names));
+        }
         if scenario.craft.is_empty() && scenario.fleet.crafts.is_none() {
             scenario.fleet.crafts = Some(CraftCount::Number(CraftId::from_index(crafts.len()).0));
         }
         scenario.topology.tree = Some(fleet::tree(&scenario));
         scenario.replication.strategies = Some(OneOrMany(strategies.clone()));
-        Ok(Self { scenario, crafts, topology, strategies, links, boards, names })
+        Ok(Self { scenario, crafts, topology, strategies, links, boards, names, notices })
     }
 
     /// The same scenario with so many crafts, for fleets that are not listed.
@@ -133,25 +141,11 @@ impl ResolvedScenario {
         &self.boards
     }
 
-    /// What the scenario states and this version only checks, or a mode ignores: one sentence each,
-    /// to be said once.
+    /// What is to be said once before a run: what this version only checks, what the mode ignores,
+    /// what of a mission is dead. One sentence each.
     #[must_use]
-    pub fn notices(&self) -> Vec<&'static str> {
-        let Scenario { link, faults, run, .. } = &self.scenario;
-        let is_simulated = run.mode == RunMode::Simulated;
-        let notices = [
-            (link.loss > 0.0, "link.loss is checked but not run yet"),
-            (link.bandwidth_bits_per_s.is_some(), "link.bandwidth is checked but not run yet"),
-            (!link.outages.is_empty(), "link.outages are checked but not run yet"),
-            (run.rate_per_s.is_some(), "run.rate-per-s is checked but not run yet"),
-            (run.duration_s.is_some(), "run.duration-s is checked but not run yet"),
-            (!faults.process.is_empty(), "[faults] are checked but not run yet"),
-            (
-                !is_simulated && !self.links.is_instant(),
-                "link delays act in simulation only; real processes send without them",
-            ),
-        ];
-        notices.into_iter().filter_map(|(applies, notice)| applies.then_some(notice)).collect()
+    pub fn notices(&self) -> &[String] {
+        &self.notices
     }
 
     /// The scenario as TOML, every default spelt out: what is stored as `scenario.resolved.toml`.
@@ -162,6 +156,29 @@ impl ResolvedScenario {
     pub fn to_toml(&self) -> String {
         toml::to_string(&self.scenario).expect("invariant: checked scenarios have a form in TOML")
     }
+}
+
+/// What the scenario states and this version only checks, or the mode ignores.
+fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
+    let Scenario { link, faults, run, .. } = scenario;
+    let is_simulated = run.mode == RunMode::Simulated;
+    let notices = [
+        (link.loss > 0.0, "`link.loss` is checked but not run yet"),
+        (
+            link.bandwidth_bits_per_s.is_some(),
+            "`link.bandwidth-bits-per-s` is checked but not run yet",
+        ),
+        (!link.outages.is_empty(), "`link.outages` are checked but not run yet"),
+        (run.rate_per_s.is_some(), "`run.rate-per-s` is checked but not run yet"),
+        (run.duration_s.is_some(), "`run.duration-s` is checked but not run yet"),
+        (!faults.process.is_empty(), "`faults` are checked but not run yet"),
+        (
+            !is_simulated && !links.is_instant(),
+            "link delays act in simulation only; real processes send without them",
+        ),
+    ];
+    let applying = notices.into_iter().filter(|(applies, _)| *applies);
+    applying.map(|(_, notice)| notice.to_owned()).collect()
 }
 
 /// Whether the scenario says what crafts know, and says it once.

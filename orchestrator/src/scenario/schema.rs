@@ -6,7 +6,12 @@ use shared_types::scenario::Scenario;
 /// The schema of the scenario file (JSON Schema 2020-12).
 #[must_use]
 pub fn schema() -> Value {
-    schemars::schema_for!(Scenario).to_value()
+    let mut schema = schemars::schema_for!(Scenario).to_value();
+    // Serde's other name of the key, which schemars does not know of.
+    if let Some(keys) = schema.pointer_mut("/$defs/Replication/properties") {
+        keys["strategy"] = keys["strategies"].clone();
+    }
+    schema
 }
 
 /// What the schema says about the key that `path` leads to, as one line.
@@ -63,6 +68,31 @@ mod tests {
         let mut undescribed = Vec::new();
         walk(&schema(), &mut undescribed);
         assert_eq!(undescribed, Vec::<String>::new());
+    }
+
+    #[test]
+    fn every_key_of_a_resolved_preset_stands_in_the_schema() {
+        fn walk(value: &toml::Value, path: &mut Vec<String>) {
+            match value {
+                toml::Value::Table(table) => {
+                    for (key, value) in table {
+                        path.push(key.clone());
+                        let keys: Vec<&str> = path.iter().map(String::as_str).collect();
+                        assert!(description(&keys).is_some(), "{path:?}");
+                        walk(value, path);
+                        path.pop();
+                    }
+                }
+                toml::Value::Array(items) => items.iter().for_each(|item| walk(item, path)),
+                _ => {}
+            }
+        }
+        for preset in crate::scenario::PRESETS {
+            let scenario = crate::scenario::load_text(preset.name, preset.text, &[]).unwrap();
+            let written: toml::Table = scenario.to_toml().parse().unwrap();
+            walk(&toml::Value::Table(written), &mut Vec::new());
+        }
+        assert!(description(&["replication", "strategy"]).is_some());
     }
 
     #[test]

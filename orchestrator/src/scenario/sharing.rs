@@ -8,7 +8,13 @@ use super::draft::Shared;
 use super::error::{Finding, Place};
 use super::mission::{Drafting, parse_fact};
 use shared_types::ids::CraftId;
+use shared_types::limits::SHARED_LINKS_MAX;
 use shared_types::scenario::BoundaryEntry;
+
+/// Links of a fact that so many crafts share.
+const fn link_count(sharers: usize) -> u64 {
+    sharers as u64 * (sharers as u64).saturating_sub(1)
+}
 
 impl Drafting<'_> {
     /// Turns one `[[boundary]]` into a shared fact.
@@ -56,6 +62,15 @@ impl Drafting<'_> {
             sharers.push((craft, fact));
         }
         sharers.sort_unstable();
+        let links = self.shared.iter().map(|shared| link_count(shared.sharers.len()));
+        let needed = links.sum::<u64>() + link_count(sharers.len());
+        if needed > SHARED_LINKS_MAX {
+            return Err(Finding::at(
+                place.clone(),
+                format!("boundary facts need {needed} links, one from each sharer to every other"),
+            )
+            .help(format!("at most {SHARED_LINKS_MAX} are accepted; share with fewer crafts")));
+        }
         self.shared.push(Shared { sharers, place: place.clone() });
         Ok(())
     }

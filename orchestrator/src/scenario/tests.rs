@@ -3,3 +3,4 @@
 mod bad_input;
 mod precedence;
 mod presets;
+mod robustness;

@@ -208,6 +208,13 @@ fact = "target-seen"\n =>  | 14:1 | a boundary without a fact | link = [
 }
 
 #[test]
+fn a_fact_shared_by_too_many_is_refused_with_the_links_it_needs() {
+    let text = "run.mode = \"simulated\"\nfleet.crafts = 5000\n[[boundary]]\nfact = \"x\"\n\
+                [[rule]]\nif = [\"x\"]\nthen = [\"x\"]\n";
+    check(text, "3:1", "24995000 links", "at most 16000000");
+}
+
+#[test]
 fn fleets_that_cannot_fly() {
     check_rows(
         r#"
@@ -338,6 +345,38 @@ fn outages_and_faults_of_nobody() {
 + [[faults.process]]\ncraft = "aerial"\nat-turn = 200 | 3:11 | turn 200 never comes | run.turns
 + [[faults.process]]\ncraft = "aerial"\nat-turn = 1\nduration-turns = 0 | 4:18 | lasts no turn | leave it out
 "#,
+    );
+}
+
+#[test]
+fn rules_that_rest_on_nothing() {
+    check_rows(
+        r#"
+initial = ["in-orbit"]\n =>  | 19:7 | `orbiter` has no fact `in-orbit` | put it into `initial`
+"#,
+    );
+}
+
+/// Crafts that wait for each other: everything can be asserted by something, and nothing ever is.
+#[test]
+fn circles_of_rules_that_nothing_starts() {
+    let circle = "[[craft]]\nname = \"a\"\nfinal = [\"done\"]\n[[rule]]\nif = [\"go\"]\nthen = [\"ready\"]\n\
+                  [[rule]]\nif = [\"ready\"]\nthen = [\"go\", \"done\"]\n";
+    check(circle, "4:3", "no rule can ever fire", "`initial`");
+    let other = "[[rule]]\nif = [\"up\"]\nthen = [\"seen\"]\n";
+    let circle = circle.replace("final", "initial = [\"up\"]\nfinal");
+    check(&format!("{circle}{other}"), "4:10", "`done` can never be reached on `a`", "no chain");
+    let scenario = load_text(
+        "mission.toml",
+        &format!("{circle}{other}").replace("final = [\"done\"]\n", ""),
+        &[],
+    );
+    assert_eq!(
+        scenario.unwrap().notices(),
+        [
+            "the rule `if go then ready` of `a` can never fire",
+            "the rule `if ready then go, done` of `a` can never fire"
+        ]
     );
 }
 

@@ -36,6 +36,8 @@ fn every_preset_compiles_to_a_valid_network() {
         network.view().validate().unwrap();
         assert_eq!(network.view().craft_count(), scenario.craft_count(), "{}", known.name);
         assert_eq!(&network.topology, scenario.topology(), "{}", known.name);
+        let dead = scenario.notices().iter().find(|notice| notice.contains("rule"));
+        assert_eq!(dead, None, "{}", known.name);
     }
 }
 
