@@ -1,10 +1,16 @@
-//! The orchestrator.
+//! The orchestrator: what starts a fleet, runs it, keeps what it measured and shows it.
+//!
+//! [`cli`] is what a user may type, [`commands`] one file a verb. [`scenario`] turns a file into
+//! networks, [`launch`] and [`supervision`] own processes, [`run`] is the one loop that owns a run,
+//! [`results`] is what it leaves, and [`report`] reads nothing else.
 
 pub mod cli;
+pub mod commands;
 pub mod expectation;
 pub mod launch;
 pub mod outcome;
 pub mod report;
 pub mod results;
+pub mod run;
 pub mod scenario;
 pub mod supervision;

@@ -16,4 +16,4 @@ pub use control::{TurnCommand, TurnPhase, TurnReport};
 pub use delta::{DELTA_BYTES, DeltaReader, DeltaRecord, write_deltas};
 pub use epoch::{ArchivedEpochSpec, EpochSpec, StrategyKind};
 pub use header::{Class, FORMAT_VERSION, HEADER_BYTES, Header, Kind, Refusal};
-pub use report::{CLASS_COUNT, Counters, Losses, Traffic, TrialReport};
+pub use report::{ArchivedTrialReport, CLASS_COUNT, Counters, Losses, Traffic, TrialReport};

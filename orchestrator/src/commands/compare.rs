@@ -1,0 +1,75 @@
+//! `compare`: the published experiment on real fleets of several sizes, under every strategy.
+
+use super::execute::{Scope, execute};
+use super::{Refusal, Setting, load_scenario, print_report, program};
+use crate::cli::CompareArguments;
+use crate::outcome::Outcome;
+use crate::report::compare::{Compare, PublishedMean};
+use crate::report::published::{PUBLISHED_TRIALS, Published, is_source_inconsistent};
+use crate::results::figure::Figure;
+use crate::scenario::ResolvedScenario;
+use shared_types::wire::StrategyKind;
+
+/// The preset that `compare` runs.
+pub const PRESET: &str = "compare";
+
+/// Runs the comparison and prints its table.
+///
+/// # Errors
+/// If something asked for is wrong; nothing was started then.
+pub fn compare(arguments: &CompareArguments, setting: Setting) -> Result<Outcome, Refusal> {
+    let mode = arguments.simulated.then_some("simulated");
+    let base = load_scenario(PRESET, &arguments.common, mode)?;
+    let scenarios = sized(&base, &arguments.sizes)?;
+    let scope = match (arguments.no_timing, arguments.timing_only) {
+        (true, _) => Scope::Counts,
+        (_, true) => Scope::Times,
+        _ => Scope::All,
+    };
+    let executed = execute(PRESET, scenarios, scope, &arguments.common, setting)?;
+    let report = Compare {
+        summary: executed.summary,
+        published: published_means(),
+        directory: executed.directory,
+        program: program(),
+    };
+    print_report(&report, setting, arguments.common.all)?;
+    Ok(executed.outcome)
+}
+
+/// The published means of requests, marked where no rule explains them.
+pub(super) fn published_means() -> Vec<PublishedMean> {
+    let published = Published::embedded();
+    let of = |size: u32, strategy: StrategyKind| {
+        let value = published.means_of(size)?.requests(strategy)?;
+        Some(PublishedMean {
+            size,
+            strategy,
+            figure: Figure {
+                value: Some(value),
+                n: PUBLISHED_TRIALS as u64,
+                low: None,
+                high: None,
+                unit: "requests",
+                load: None,
+                label: "published mean of requests a trial (Straub 2016, Table 25)".to_owned(),
+            },
+            is_explained: !is_source_inconsistent(size, strategy),
+        })
+    };
+    let sizes = published.means.iter().map(|row| row.label);
+    sizes
+        .flat_map(|size| StrategyKind::ALL.into_iter().filter_map(move |kind| of(size, kind)))
+        .collect()
+}
+
+/// The scenario for each of `sizes`.
+pub(super) fn sized(
+    base: &ResolvedScenario,
+    sizes: &[u32],
+) -> Result<Vec<ResolvedScenario>, Refusal> {
+    let mut unique = sizes.to_vec();
+    unique.sort_unstable();
+    unique.dedup();
+    Ok(unique.iter().map(|&size| base.with_craft_count(size)).collect::<Result<_, _>>()?)
+}

@@ -1,0 +1,126 @@
+//! What `compare`, `run`, `simulate` and `reproduce` have in common: place the results, run the plan,
+//! compute the summary.
+
+use super::progress::Line;
+use super::{Refusal, Setting};
+use crate::cli::CommonArguments;
+use crate::launch::os_process::{CraftErrors, Launcher};
+use crate::launch::run_root::clean_dead_runs;
+use crate::outcome::Outcome;
+use crate::results::provenance::{Provenance, RunIdentity};
+use crate::results::store::{Place, Store};
+use crate::results::summary::Summary;
+use crate::run::plan::{FleetPlan, RunPlan, TimingPlan};
+use crate::run::{Progress as _, Runner};
+use crate::scenario::ResolvedScenario;
+use crate::supervision::signals::Signals;
+use shared_types::scenario::RunMode;
+use shared_types::transport::RunPaths;
+use std::path::PathBuf;
+
+/// How long a cell runs unmeasured before its turn times count, ns (MEASURING: at least 200 ms).
+const WARM_UP_NS: u64 = 200_000_000;
+
+/// Epochs under `central` and `pipelined` together have this many turns: each takes a hundred round
+/// trips a craft.
+const TURNS_OF_ROUND_TRIPS: u32 = 100;
+
+/// What to run besides what the scenario says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Scope {
+    /// Trials, and turn times if the scenario measures them.
+    #[default]
+    All,
+    /// Trials only.
+    Counts,
+    /// Turn times only.
+    Times,
+}
+
+/// A run that is over.
+#[derive(Debug)]
+pub(super) struct Executed {
+    pub(super) summary: Summary,
+    pub(super) directory: PathBuf,
+    pub(super) outcome: Outcome,
+}
+
+/// Runs the fleets of `scenarios` one after the other; results lie under the name `name`.
+pub(super) fn execute(
+    name: &str,
+    scenarios: Vec<ResolvedScenario>,
+    scope: Scope,
+    common: &CommonArguments,
+    setting: Setting,
+) -> Result<Executed, Refusal> {
+    let refused = |error: &dyn std::fmt::Display| Refusal::new(error.to_string());
+    let plan = plan(scenarios, scope, common)?;
+    if !plan.is_simulated {
+        clean_dead_runs(RunPaths::new(0).base()).map_err(|error| refused(&error))?;
+    }
+    let mut signals = Signals::install().map_err(|error| refused(&error))?;
+    let first = &plan.fleets[0].scenario;
+    let provenance = Provenance::gather(&identity(name, &plan));
+    let mut store = Store::create(Place::Below(&common.out), &provenance, &first.to_toml())
+        .map_err(|error| refused(&error))?;
+    let mut progress = Line::new(setting.is_quiet);
+    for notice in first.notices() {
+        progress.say(notice);
+    }
+    let launcher = Launcher::of_this_executable(CraftErrors::Kept);
+    let ran = Runner::new(&plan, &mut store, &mut progress).run(&launcher, &mut signals);
+    drop(progress);
+    let outcome = ran.map_err(|error| refused(&error))?;
+    let directory = store.directory().to_owned();
+    let summary = store.finish(outcome).map_err(|error| refused(&error))?;
+    Ok(Executed { summary, directory, outcome })
+}
+
+fn plan(
+    scenarios: Vec<ResolvedScenario>,
+    scope: Scope,
+    common: &CommonArguments,
+) -> Result<RunPlan, Refusal> {
+    let Some(first) = scenarios.first().map(|scenario| scenario.scenario().clone()) else {
+        return Err(Refusal::new("no fleet size is given: `--sizes 2,3` runs two"));
+    };
+    let is_simulated = first.run.mode == RunMode::Simulated;
+    let epochs = first.run.timing_epochs;
+    let is_timed = epochs > 0 && !is_simulated && scope != Scope::Counts;
+    let timing = is_timed.then(|| TimingPlan {
+        epochs,
+        turns: first.run.timing_turns,
+        turns_of_round_trips: (TURNS_OF_ROUND_TRIPS / epochs).clamp(1, first.run.timing_turns),
+        warm_up_ns: WARM_UP_NS,
+    });
+    let fleets = scenarios.into_iter().map(|scenario| FleetPlan {
+        strategies: scenario.strategies().to_vec(),
+        cores: Vec::new(),
+        scenario,
+    });
+    Ok(RunPlan {
+        fleets: fleets.collect(),
+        seed: first.run.seed,
+        trials: if scope == Scope::Times { 0 } else { first.run.trials },
+        is_simulated,
+        timing,
+        wake: first.fleet.wake,
+        turn_limit_ns: u64::from(first.run.turn_limit_ms) * 1_000_000,
+        time_limit_s: common.time_limit_s,
+    })
+}
+
+fn identity(name: &str, plan: &RunPlan) -> RunIdentity {
+    let processes = plan.fleets.iter().map(|fleet| plan.fleet_options(fleet, None).processes());
+    let online = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let online = u32::try_from(online).unwrap_or(u32::MAX);
+    RunIdentity {
+        scenario: name.to_owned(),
+        command: std::env::args().skip(1).collect(),
+        seed: plan.seed,
+        is_simulated: plan.is_simulated,
+        processes_max: processes.max().unwrap_or(0),
+        cores_used: plan.fleets[0].scenario.scenario().fleet.cores.unwrap_or(online).min(online),
+        wake: plan.wake,
+    }
+}

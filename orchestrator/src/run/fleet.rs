@@ -1,0 +1,284 @@
+//! A real fleet: one process per craft, started, played with over shared memory, and ended.
+//!
+//! Every wait in here is bounded and looks at three things besides the inbox: whether a process
+//! ended, whether somebody asked for an end, and whether the run's time is up. Not here: how one
+//! trial goes (`play`), what is played, and what follows from a loss (the run's loop).
+
+use super::backend::PlayError;
+use crate::launch::craft_process::CraftProcess;
+use crate::launch::os_process::Launcher;
+use crate::launch::run_root::RunRoot;
+use crate::supervision::shutdown::{Graces, ShutdownReport, end_fleet};
+use crate::supervision::signals::{Signals, Urgency};
+use crate::supervision::watch::Watch;
+use agent::process::startup::AgentArguments;
+use shared_types::ids::{CraftId, Incarnation};
+use shared_types::time::Nanos;
+use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost, IdleWait};
+use shared_types::transport::{Destination, Endpoint, Peers, WakeMode, clock};
+use shared_types::wire::{Class, EpochSpec, HEADER_BYTES, Header, Kind, Traffic};
+use std::os::fd::AsFd;
+
+/// How long crafts may take to come up, to open their ports, or to report, ns. Generous: a fleet of
+/// 128 on two busy cores takes seconds, and a craft that ends meanwhile is noticed at once.
+pub(super) const ANSWER_LIMIT_NS: u64 = 30_000_000_000;
+
+/// Waits of the orchestrator between two looks at processes and signals while it only yields.
+const WAITS_BETWEEN_LOOKS: u32 = 128;
+
+/// What a fleet is started with.
+#[derive(Clone, Debug)]
+pub struct FleetOptions {
+    /// Crafts, the centre not counted.
+    pub crafts: u32,
+    /// Whether a centre is started as one more process.
+    pub has_centre: bool,
+    /// How every process waits.
+    pub wake: WakeMode,
+    /// Per process the cores that it may run on; empty where it may run on all.
+    pub cores: Vec<Vec<u32>>,
+    /// How long a turn may stay unbalanced, ns.
+    pub turn_limit_ns: u64,
+    /// When the run must be over.
+    pub run_ends: Option<Nanos>,
+}
+
+impl FleetOptions {
+    /// How many processes the fleet has.
+    #[must_use]
+    pub const fn processes(&self) -> u32 {
+        self.crafts + self.has_centre as u32
+    }
+}
+
+/// A fleet of living processes.
+///
+/// Fields are dropped in this order: first the processes, then ports and services, at last the
+/// run's files.
+#[derive(Debug)]
+pub(super) struct RealFleet<'a> {
+    watch: Watch,
+    pub(super) endpoint: IceoryxEndpoint,
+    _host: IceoryxHost,
+    root: RunRoot,
+    signals: &'a mut Signals,
+    idle: IdleWait,
+    waits: u32,
+    pub(super) options: FleetOptions,
+    /// Epoch whose networks the crafts hold.
+    pub(super) network: Option<u32>,
+    /// What the orchestrator sent of class control since the trial began.
+    pub(super) control: Traffic,
+    spawned: Nanos,
+    pub(super) ready_ns: Option<u64>,
+}
+
+/// How a fleet ended.
+#[derive(Debug)]
+pub(super) struct FleetEnd {
+    /// Who ended how.
+    pub report: ShutdownReport,
+    /// What could not be done: a process that could not be ended, files that could not be removed.
+    pub trouble: Vec<std::io::Error>,
+}
+
+impl<'a> RealFleet<'a> {
+    /// Starts the processes of a fleet and waits until each is up.
+    ///
+    /// # Errors
+    /// If services cannot be created, or a process cannot be started or ends; nothing is left.
+    pub(super) fn launch(
+        options: FleetOptions,
+        launcher: &Launcher,
+        signals: &'a mut Signals,
+    ) -> Result<Self, PlayError> {
+        let failed = |what: &'static str| {
+            move |error: &dyn std::error::Error| PlayError::Failed(format!("{what}: {error}"))
+        };
+        let root = RunRoot::create().map_err(|error| failed("no place for the run")(&error))?;
+        let host = IceoryxHost::create(root.paths(), HostOptions::new(options.processes()))
+            .map_err(|error| failed("no services")(&error))?;
+        let mut endpoint =
+            host.endpoint(options.wake).map_err(|error| failed("no ports")(&error))?;
+        let centre = options.has_centre.then_some(CraftId(options.crafts));
+        endpoint
+            .open_ports(&Peers { unicast: centre.into_iter().collect(), ..Peers::default() })?;
+        let spawned = clock::now();
+        let arguments = (0..options.processes()).map(|craft| arguments(&root, &options, craft));
+        let processes =
+            launcher.spawn_all(arguments).map_err(|error| failed("no processes")(&error))?;
+        let mut fleet = Self {
+            watch: watch(processes).map_err(|error| failed("no supervision")(&error))?,
+            endpoint,
+            _host: host,
+            root,
+            signals,
+            idle: IdleWait::new(options.wake),
+            waits: 0,
+            network: None,
+            control: Traffic::default(),
+            spawned,
+            ready_ns: None,
+            options,
+        };
+        let processes = fleet.options.processes();
+        fleet.await_all(Kind::Ready, None, processes)?;
+        Ok(fleet)
+    }
+
+    /// Notes that the first turn opens now.
+    pub(super) fn note_ready(&mut self, now: Nanos) {
+        self.ready_ns.get_or_insert(now.since(self.spawned));
+    }
+
+    /// Ends every process, orderly if there is time, and removes everything that the run left.
+    #[must_use]
+    pub(super) fn end(mut self, urgency: Urgency) -> FleetEnd {
+        let graces = match urgency {
+            Urgency::Orderly => Graces::ORDERLY,
+            Urgency::Immediate => Graces::IMMEDIATE,
+        };
+        // Who does not hear it is ended by signals.
+        let _unheard = self.send(Destination::Turn, Kind::Stop, u32::MAX, &[]);
+        if self.options.has_centre {
+            let centre = Destination::Craft(CraftId(self.options.crafts));
+            let _unheard = self.send(centre, Kind::Stop, u32::MAX, &[]);
+        }
+        let ended = end_fleet(&mut self.watch, graces, Some(self.signals));
+        let Self { watch, endpoint, _host, root, .. } = self;
+        drop((watch, endpoint, _host));
+        let mut trouble: Vec<std::io::Error> = root.remove().err().into_iter().collect();
+        let report = ended.unwrap_or_else(|error| {
+            trouble.push(error);
+            ShutdownReport::default()
+        });
+        FleetEnd { report, trouble }
+    }
+
+    /// Tells every process that takes part in the epoch something: crafts over the turn service, the
+    /// centre, which does not listen to turns, over its inbox.
+    pub(super) fn tell(
+        &mut self,
+        spec: &EpochSpec,
+        kind: Kind,
+        payload: &[u8],
+    ) -> Result<(), PlayError> {
+        if spec.strategy.has_centre() {
+            let centre = Destination::Craft(CraftId(self.options.crafts));
+            self.send(centre, kind, spec.epoch, payload)?;
+        }
+        self.send(Destination::Turn, kind, spec.epoch, payload)
+    }
+
+    pub(super) fn send(
+        &mut self,
+        to: Destination,
+        kind: Kind,
+        epoch: u32,
+        payload: &[u8],
+    ) -> Result<(), PlayError> {
+        let mut header = Header::new(Class::Control, kind);
+        header.epoch = epoch;
+        header.published_ns = clock::now().0;
+        self.control.transmissions += 1;
+        self.control.bytes_sent += (HEADER_BYTES + payload.len()) as u64;
+        self.endpoint.send(to, header, payload.len(), &mut |slot| slot.copy_from_slice(payload))?;
+        self.endpoint.ring();
+        Ok(())
+    }
+
+    /// Waits until `expected` processes have sent a message of `kind` (of `epoch`, if one is named).
+    pub(super) fn await_all(
+        &mut self,
+        kind: Kind,
+        epoch: Option<u32>,
+        expected: u32,
+    ) -> Result<(), PlayError> {
+        let deadline = clock::now().plus(ANSWER_LIMIT_NS);
+        let mut has_answered = vec![false; expected as usize];
+        let mut missing = expected;
+        while missing > 0 {
+            self.pump(&mut |source, arrived, header, _| {
+                let is_meant = arrived == kind && epoch.is_none_or(|epoch| epoch == header.epoch);
+                if is_meant && source.0 < expected {
+                    let answered = &mut has_answered[source.index()];
+                    missing -= u32::from(!std::mem::replace(answered, true));
+                }
+            })?;
+            if clock::now() > deadline {
+                let silent: Vec<String> = (0..expected)
+                    .filter(|&craft| !has_answered[craft as usize])
+                    .map(|craft| craft.to_string())
+                    .collect();
+                let silent = silent.join(", ");
+                return Err(PlayError::Failed(format!("no {kind:?} from processes {silent}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands over what has arrived or, if nothing has, waits and looks around.
+    pub(super) fn pump(
+        &mut self,
+        visit: &mut dyn FnMut(CraftId, Kind, &Header, &[u8]),
+    ) -> Result<(), PlayError> {
+        let arrived = self.endpoint.drain(&mut |_, header, payload| {
+            if let Some(kind) = header.kind() {
+                visit(CraftId(header.source), kind, header, payload);
+            }
+        })?;
+        let waiting = self.endpoint.flush()?;
+        if arrived > 0 || waiting > 0 {
+            self.idle.reset();
+            return Ok(());
+        }
+        // A sleeping orchestrator is woken by its bell, by a process that ends, and by a signal.
+        let others = [self.watch.as_fd(), self.signals.as_fd()];
+        let waited_from = self.waits;
+        self.waits = self.waits.wrapping_add(1);
+        let wake = self.idle.wait(&mut self.endpoint, self.options.run_ends, &others)?;
+        let is_due = waited_from.is_multiple_of(WAITS_BETWEEN_LOOKS);
+        if is_due || wake != shared_types::transport::iceoryx::Wake::Bell {
+            self.look_around()?;
+        }
+        Ok(())
+    }
+
+    /// Whether the run must end, and who has.
+    pub(super) fn look_around(&mut self) -> Result<(), PlayError> {
+        let system = |error: std::io::Error| PlayError::Failed(error.to_string());
+        if let Some(request) = self.signals.poll().map_err(system)? {
+            return Err(PlayError::Stopped(request));
+        }
+        let ended = self.watch.poll().map_err(system)?;
+        if !ended.is_empty() {
+            return Err(PlayError::Lost(ended));
+        }
+        if self.options.run_ends.is_some_and(|ends| clock::now() >= ends) {
+            return Err(PlayError::TimeLimit);
+        }
+        Ok(())
+    }
+}
+
+/// The command line of process `craft`.
+fn arguments(root: &RunRoot, options: &FleetOptions, craft: u32) -> AgentArguments {
+    AgentArguments {
+        run: root.run(),
+        base: root.paths().base().to_owned(),
+        craft: CraftId(craft),
+        craft_count: options.crafts,
+        incarnation: Incarnation(0),
+        parent_pid: std::process::id(),
+        wake: options.wake,
+        cores: options.cores.get(craft as usize).cloned().unwrap_or_default(),
+    }
+}
+
+fn watch(processes: Vec<CraftProcess>) -> std::io::Result<Watch> {
+    let mut watch = Watch::new()?;
+    for process in processes {
+        watch.add(process)?;
+    }
+    Ok(watch)
+}

@@ -1,0 +1,198 @@
+//! The one loop that owns a run.
+//!
+//! A run is a list of fleets; a fleet is launched once, plays every trial under every strategy (the
+//! same seed and the same networks one after the other), then the epochs that measure turn time. What
+//! comes back is judged against the independent replay and appended to the run's directory at once.
+//! Whatever ends a run early, what was measured before is kept. Rendering comes after, from the
+//! records alone.
+
+pub mod backend;
+mod epoch;
+mod fleet;
+pub mod plan;
+mod play;
+mod timing;
+pub mod verdict;
+
+pub use fleet::FleetOptions;
+
+use crate::launch::os_process::Launcher;
+use crate::outcome::Outcome;
+use crate::results::event::Event;
+use crate::results::store::{Store, StoreError};
+use crate::supervision::signals::{Signals, Urgency};
+use agent::simulation::Simulation;
+use backend::{Backend, SimulatedFleet};
+use epoch::Rules;
+use fleet::RealFleet;
+use plan::{FleetPlan, RunPlan};
+use shared_types::time::Nanos;
+use shared_types::transport::clock;
+use shared_types::transport::memory::MemoryOptions;
+
+/// What the loop tells whoever shows its progress.
+pub trait Progress {
+    /// `done` of `total` epochs are played; now comes `what`.
+    fn at(&mut self, done: u64, total: u64, what: &str);
+
+    /// Something that the user must be told at once.
+    fn say(&mut self, line: &str);
+}
+
+/// How a fleet's part of a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ended {
+    /// As planned.
+    Complete,
+    /// Early, for this reason: no further fleet is started.
+    Early(Outcome),
+}
+
+/// The loop and what it has in hands.
+pub struct Runner<'a> {
+    plan: &'a RunPlan,
+    store: &'a mut Store,
+    progress: &'a mut dyn Progress,
+    run_ends: Option<Nanos>,
+    /// The worst that has happened so far.
+    outcome: Outcome,
+    /// Epochs played, for the progress.
+    done: u64,
+    /// Number of the next epoch on the fleet at hand.
+    epoch: u32,
+}
+
+impl<'a> Runner<'a> {
+    /// A runner of `plan` that keeps results in `store`. The time limit counts from here.
+    pub fn new(plan: &'a RunPlan, store: &'a mut Store, progress: &'a mut dyn Progress) -> Self {
+        let limit_ns = plan.time_limit_s.map(|seconds| u64::from(seconds) * 1_000_000_000);
+        Self {
+            plan,
+            store,
+            progress,
+            run_ends: limit_ns.map(|limit_ns| clock::now().plus(limit_ns)),
+            outcome: Outcome::Success,
+            done: 0,
+            epoch: 0,
+        }
+    }
+
+    /// Runs everything that is planned; returns how the run ends. Crafts are started with
+    /// `launcher`, from this thread.
+    ///
+    /// # Errors
+    /// If results cannot be kept any more; no process is left.
+    pub fn run(
+        mut self,
+        launcher: &Launcher,
+        signals: &mut Signals,
+    ) -> Result<Outcome, StoreError> {
+        for (block, fleet) in (0..).zip(&self.plan.fleets) {
+            self.epoch = 0;
+            let ended = if self.plan.is_simulated {
+                self.simulate(block, fleet, signals)?
+            } else {
+                self.play_real(block, fleet, launcher, signals)?
+            };
+            if let Ended::Early(outcome) = ended {
+                self.outcome = self.outcome.worse(outcome);
+                break;
+            }
+        }
+        Ok(self.outcome)
+    }
+
+    fn simulate(
+        &mut self,
+        block: u32,
+        fleet: &FleetPlan,
+        signals: &mut Signals,
+    ) -> Result<Ended, StoreError> {
+        let options = MemoryOptions { seed: self.plan.seed, ..MemoryOptions::default() };
+        let simulation = Simulation::new(fleet.scenario.craft_count(), options);
+        if let Some(link) = fleet.scenario.links().to_link() {
+            simulation.network().set_link(link);
+        }
+        let mut backend = SimulatedFleet { simulation, signals, run_ends: self.run_ends };
+        self.play_trials(&mut backend, block, fleet)
+    }
+
+    fn play_real(
+        &mut self,
+        block: u32,
+        plan: &FleetPlan,
+        launcher: &Launcher,
+        signals: &mut Signals,
+    ) -> Result<Ended, StoreError> {
+        let size = plan.scenario.craft_count();
+        let options = self.plan.fleet_options(plan, self.run_ends);
+        let processes = options.processes();
+        self.store.event(Event::FleetStarted { block, size, processes })?;
+        self.progress.at(self.done, self.plan.epochs(), &format!("starting {size} crafts"));
+        let mut fleet = match RealFleet::launch(options, launcher, signals) {
+            Ok(fleet) => fleet,
+            Err(error) => return self.end_early(plan, "starting the fleet", error),
+        };
+        let mut ended = self.play_trials(&mut fleet, block, plan)?;
+        if ended == Ended::Complete
+            && let Some(timing) = &self.plan.timing
+        {
+            ended = self.measure(&mut fleet, block, plan, timing)?;
+        }
+        let urgency = match ended {
+            Ended::Early(Outcome::Interrupted | Outcome::Terminated | Outcome::TimeLimit) => {
+                Urgency::Immediate
+            }
+            _ => Urgency::Orderly,
+        };
+        self.end_fleet(fleet, plan, urgency)?;
+        Ok(ended)
+    }
+
+    /// Ends a fleet and says who did not end by itself, and what could not be removed.
+    fn end_fleet(
+        &mut self,
+        fleet: RealFleet<'_>,
+        plan: &FleetPlan,
+        urgency: Urgency,
+    ) -> Result<(), StoreError> {
+        let end = fleet.end(urgency);
+        for &craft in end.report.killed.iter().filter(|_| urgency == Urgency::Orderly) {
+            let name = plan.scenario.names().craft(craft);
+            self.note(format!("{name} did not end by itself and was killed"))?;
+        }
+        for error in end.trouble {
+            self.note(format!("the fleet could not be ended cleanly: {error}"))?;
+        }
+        Ok(())
+    }
+
+    /// Plays every trial under every strategy.
+    fn play_trials(
+        &mut self,
+        backend: &mut impl Backend,
+        block: u32,
+        plan: &FleetPlan,
+    ) -> Result<Ended, StoreError> {
+        for trial in 0..self.plan.trials {
+            let rules = Rules::of_trial(plan, self.plan.seed, trial);
+            let prepared = rules.prepare(plan);
+            let network = self.epoch;
+            for &strategy in &plan.strategies {
+                let cell = epoch::cell(block, plan, strategy);
+                let spec = rules.spec(self.epoch, network, strategy);
+                match self.play_epoch(backend, plan, cell, &spec, &prepared)? {
+                    Ok(record) => self.store.append_trial(&record)?,
+                    Err(ended) => return Ok(ended),
+                }
+            }
+        }
+        Ok(Ended::Complete)
+    }
+
+    /// Keeps a remark with the results and tells the user.
+    fn note(&mut self, what: String) -> Result<(), StoreError> {
+        self.progress.say(&what);
+        self.store.event(Event::Note { what })
+    }
+}

@@ -1,0 +1,95 @@
+//! What a run does, decided before anything starts.
+
+use super::FleetOptions;
+
+use crate::scenario::ResolvedScenario;
+use shared_types::time::Nanos;
+use shared_types::transport::WakeMode;
+use shared_types::wire::StrategyKind;
+
+/// One launch of a fleet and what it plays.
+#[derive(Clone, Debug)]
+pub struct FleetPlan {
+    /// The fleet's scenario, with its number of crafts.
+    pub scenario: ResolvedScenario,
+    /// The strategies, in the order in which they are played.
+    pub strategies: Vec<StrategyKind>,
+    /// Per process the cores that it may run on.
+    pub cores: Vec<Vec<u32>>,
+}
+
+impl FleetPlan {
+    /// Whether some strategy needs a centre.
+    #[must_use]
+    pub fn has_centre(&self) -> bool {
+        self.strategies.iter().any(|strategy| strategy.has_centre())
+    }
+}
+
+/// The epochs that measure turn time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TimingPlan {
+    /// Fresh epochs for each cell.
+    pub epochs: u32,
+    /// Turns of one epoch.
+    pub turns: u32,
+    /// Turns of one epoch under `central` and `pipelined`, whose turns are a hundred times longer.
+    pub turns_of_round_trips: u32,
+    /// How long a cell runs unmeasured before, ns.
+    pub warm_up_ns: u64,
+}
+
+impl TimingPlan {
+    /// Turns of one epoch under `strategy`.
+    #[must_use]
+    pub const fn turns_of(&self, strategy: StrategyKind) -> u32 {
+        match strategy {
+            StrategyKind::Central | StrategyKind::Pipelined => self.turns_of_round_trips,
+            _ => self.turns,
+        }
+    }
+}
+
+/// A run.
+#[derive(Clone, Debug)]
+pub struct RunPlan {
+    /// The fleets, one after the other.
+    pub fleets: Vec<FleetPlan>,
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+    /// Trials for each strategy; 0 if only turn times are wanted.
+    pub trials: u32,
+    /// Whether crafts live in one process on a virtual clock.
+    pub is_simulated: bool,
+    /// Turn times, if they are wanted; never in simulation.
+    pub timing: Option<TimingPlan>,
+    /// How processes wait.
+    pub wake: WakeMode,
+    /// How long a turn may stay unbalanced, ns.
+    pub turn_limit_ns: u64,
+    /// After how many seconds the run ends.
+    pub time_limit_s: Option<u32>,
+}
+
+impl RunPlan {
+    /// Epochs that will be played, warm-up not counted.
+    #[must_use]
+    pub fn epochs(&self) -> u64 {
+        let timed = self.timing.map_or(0, |timing| u64::from(timing.epochs));
+        let each = u64::from(self.trials) + timed;
+        self.fleets.iter().map(|fleet| fleet.strategies.len() as u64 * each).sum()
+    }
+
+    /// How the fleet of `plan` is started.
+    #[must_use]
+    pub fn fleet_options(&self, plan: &FleetPlan, run_ends: Option<Nanos>) -> FleetOptions {
+        FleetOptions {
+            crafts: plan.scenario.craft_count(),
+            has_centre: plan.has_centre(),
+            wake: self.wake,
+            cores: plan.cores.clone(),
+            turn_limit_ns: self.turn_limit_ns,
+            run_ends,
+        }
+    }
+}

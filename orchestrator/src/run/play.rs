@@ -1,0 +1,174 @@
+//! One trial on a real fleet: begin the epoch, open and close turns, collect the reports.
+
+use super::backend::{Backend, Clocked, PlayError, Played};
+use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
+use agent::lockstep::Referee;
+use shared_types::ids::CraftId;
+use shared_types::knowledge::FleetNetwork;
+use shared_types::transport::{Destination, clock};
+use shared_types::wire::{
+    ArchivedTrialReport, EpochSpec, Kind, Traffic, TrialReport, TurnCommand, TurnReport,
+};
+use zerocopy::{FromBytes, IntoBytes};
+
+/// How long processes may take to report after a trial was given up, ns.
+const GIVEN_UP_LIMIT_NS: u64 = 1_000_000_000;
+
+impl Backend for RealFleet<'_> {
+    fn play(&mut self, spec: &EpochSpec, network: &FleetNetwork) -> Result<Played, PlayError> {
+        self.control = Traffic::default();
+        self.begin(spec, network)?;
+        let cpu_start = clock::process_cpu();
+        let started = clock::now();
+        self.note_ready(started);
+        let mut trial = Trial::new(self, spec);
+        let mut command = trial.referee.start();
+        while let Some(next) = trial.turn(self, &command)? {
+            command = next;
+        }
+        let Trial { referee, turn_times_ns, reports, .. } = trial;
+        Ok(Played {
+            outcome: referee.outcome().expect("invariant: the loop ends with the trial"),
+            turns: referee.turns(),
+            path_digest: referee.path_digest(),
+            path: referee.path().to_vec(),
+            reports: reports.into_iter().flatten().collect(),
+            clock: Clocked {
+                duration_ns: clock::now().since(started),
+                turn_times_ns,
+                orchestrator_cpu_ns: clock::process_cpu().since(cpu_start),
+                control: self.control,
+            },
+        })
+    }
+
+    fn ready_ns(&self) -> Option<u64> {
+        self.ready_ns
+    }
+}
+
+impl RealFleet<'_> {
+    /// Brings every process that takes part to the point before the first turn.
+    fn begin(&mut self, spec: &EpochSpec, network: &FleetNetwork) -> Result<(), PlayError> {
+        if self.network != Some(spec.network) {
+            self.send(Destination::World, Kind::World, spec.network, &network.to_archive())?;
+            self.network = Some(spec.network);
+        }
+        let archive = rkyv::to_bytes::<rkyv::rancor::Error>(spec)
+            .expect("invariant: memory takes every archive");
+        let processes = taking_part(self, spec);
+        self.tell(spec, Kind::EpochBegin, &archive)?;
+        self.await_all(Kind::EpochReady, Some(spec.epoch), processes)?;
+        shared_types::transport::Endpoint::update_connections(&mut self.endpoint)?;
+        self.tell(spec, Kind::Connect, &[])?;
+        self.await_all(Kind::Connected, Some(spec.epoch), processes)
+    }
+}
+
+/// How many processes play: the centre only where the strategy has one.
+fn taking_part(fleet: &RealFleet<'_>, spec: &EpochSpec) -> u32 {
+    fleet.options.crafts + u32::from(spec.strategy.has_centre())
+}
+
+/// A trial under way.
+struct Trial {
+    spec: EpochSpec,
+    referee: Referee,
+    turn_times_ns: Vec<u64>,
+    reports: Vec<Option<TrialReport>>,
+    missing: usize,
+    /// What a process sent that cannot be.
+    fault: Option<String>,
+}
+
+impl Trial {
+    fn new(fleet: &RealFleet<'_>, spec: &EpochSpec) -> Self {
+        let processes = taking_part(fleet, spec) as usize;
+        Self {
+            spec: spec.clone(),
+            referee: Referee::new(spec, fleet.options.crafts),
+            turn_times_ns: Vec::with_capacity(spec.turns_max.min(10_000) as usize),
+            reports: vec![None; processes],
+            missing: processes,
+            fault: None,
+        }
+    }
+
+    /// Gives one command and waits for the ledger's answer: the next command, `None` once the trial
+    /// is over and every report is in.
+    fn turn(
+        &mut self,
+        fleet: &mut RealFleet<'_>,
+        command: &TurnCommand,
+    ) -> Result<Option<TurnCommand>, PlayError> {
+        let opened = clock::now();
+        fleet.tell(&self.spec, Kind::TurnCommand, command.as_bytes())?;
+        let limit_ns =
+            if command.is_last == 0 { fleet.options.turn_limit_ns } else { ANSWER_LIMIT_NS };
+        loop {
+            fleet.pump(&mut |source, kind, header, payload| {
+                if header.epoch == self.spec.epoch {
+                    self.take(source, kind, payload);
+                }
+            })?;
+            let next = self.referee.advance();
+            if next.is_some() && command.opened().is_some() {
+                self.turn_times_ns.push(clock::now().since(opened));
+            }
+            if next.is_some() || (self.referee.outcome().is_some() && self.missing == 0) {
+                return Ok(next);
+            }
+            if self.fault.is_some() || clock::now().since(opened) > limit_ns {
+                return Err(self.give_up(fleet));
+            }
+        }
+    }
+
+    fn take(&mut self, source: CraftId, kind: Kind, payload: &[u8]) {
+        match kind {
+            Kind::TurnReport => {
+                let Ok(report) = TurnReport::read_from_bytes(payload) else {
+                    self.fault = Some(format!("process {source} sent half a turn report"));
+                    return;
+                };
+                if let Err(error) = self.referee.record(source, &report) {
+                    self.fault = Some(error.to_string());
+                }
+            }
+            Kind::TrialReport => match (read_report(payload), self.reports.get_mut(source.index()))
+            {
+                (Some(report), Some(slot)) => {
+                    self.missing -= usize::from(slot.is_none());
+                    *slot = Some(report);
+                }
+                _ => self.fault = Some(format!("process {source} sent a damaged trial report")),
+            },
+            _ => {}
+        }
+    }
+
+    /// Asks everybody for the report of an unbalanced trial, so that it can be said where it broke.
+    fn give_up(&mut self, fleet: &mut RealFleet<'_>) -> PlayError {
+        let standing = self.fault.take().unwrap_or_else(|| self.referee.standing());
+        let deadline = clock::now().plus(GIVEN_UP_LIMIT_NS);
+        let told = fleet.tell(&self.spec, Kind::EpochEnd, &[]);
+        while told.is_ok() && self.missing > 0 && clock::now() < deadline {
+            let pumped = fleet.pump(&mut |source, kind, header, payload| {
+                if header.epoch == self.spec.epoch && kind == Kind::TrialReport {
+                    self.take(source, kind, payload);
+                }
+            });
+            if let Err(error) = pumped {
+                return error;
+            }
+        }
+        let reports = self.reports.iter().flatten().cloned().collect();
+        PlayError::Unbalanced { standing, reports }
+    }
+}
+
+/// Reads a report's archive; `None` if it is damaged.
+fn read_report(payload: &[u8]) -> Option<TrialReport> {
+    let archived = rkyv::access::<ArchivedTrialReport, rkyv::rancor::Error>(payload).ok()?;
+    rkyv::deserialize::<TrialReport, rkyv::rancor::Error>(archived).ok()
+}
