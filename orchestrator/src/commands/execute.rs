@@ -5,16 +5,19 @@ use super::progress::Line;
 use super::{Refusal, Setting};
 use crate::cli::CommonArguments;
 use crate::launch::os_process::{CraftErrors, Launcher};
+use crate::launch::placement::{Placement, Processors};
 use crate::launch::run_root::clean_dead_runs;
 use crate::outcome::Outcome;
 use crate::results::provenance::{Provenance, RunIdentity};
 use crate::results::store::{Place, Store};
 use crate::results::summary::Summary;
+use crate::run::demand::demand;
 use crate::run::plan::{FleetPlan, RunPlan, TimingPlan};
 use crate::run::{Progress as _, Runner};
 use crate::scenario::ResolvedScenario;
 use crate::supervision::signals::Signals;
-use shared_types::scenario::RunMode;
+use shared_types::rng::{Purpose, Stream};
+use shared_types::scenario::{Fleet, RunMode};
 use shared_types::transport::RunPaths;
 use std::path::PathBuf;
 
@@ -57,6 +60,9 @@ pub(super) fn execute(
     let plan = plan(scenarios, scope, common)?;
     if !plan.is_simulated {
         clean_dead_runs(RunPaths::new(0).base()).map_err(|error| refused(&error))?;
+        for fleet in &plan.fleets {
+            demand(fleet, plan.seed).claim().map_err(|error| refused(&error))?;
+        }
     }
     let mut signals = Signals::install().map_err(|error| refused(&error))?;
     let first = &plan.fleets[0].scenario;
@@ -93,10 +99,15 @@ fn plan(
         turns_of_round_trips: (TURNS_OF_ROUND_TRIPS / epochs).clamp(1, first.run.timing_turns),
         warm_up_ns: WARM_UP_NS,
     });
-    let fleets = scenarios.into_iter().map(|scenario| FleetPlan {
-        strategies: scenario.strategies().to_vec(),
-        cores: Vec::new(),
-        scenario,
+    let processors = processors(&first.fleet)?;
+    let mut draws = Stream::new(first.run.seed, 0, Purpose::Order, 0);
+    let fleets = scenarios.into_iter().map(|scenario| {
+        let strategies = scenario.strategies().to_vec();
+        let has_centre = strategies.iter().any(|strategy| strategy.has_centre());
+        let processes = scenario.craft_count() + u32::from(has_centre);
+        let pinning = scenario.scenario().fleet.pinning;
+        let placement = Placement::draw(&processors, pinning, processes, &mut draws);
+        FleetPlan { scenario, strategies, placement }
     });
     Ok(RunPlan {
         fleets: fleets.collect(),
@@ -108,6 +119,18 @@ fn plan(
         turn_limit_ns: u64::from(first.run.turn_limit_ms) * 1_000_000,
         time_limit_s: common.time_limit_s,
     })
+}
+
+/// The processors that the fleet may use.
+fn processors(fleet: &Fleet) -> Result<Processors, Refusal> {
+    let all = Processors::of_this_process().map_err(|error| Refusal::new(error.to_string()))?;
+    let cores_max = u32::try_from(all.core_count()).unwrap_or(u32::MAX);
+    match fleet.cores {
+        Some(cores) => {
+            all.confined_to(cores.min(cores_max)).map_err(|error| Refusal::new(error.to_string()))
+        }
+        None => Ok(all),
+    }
 }
 
 fn identity(name: &str, plan: &RunPlan) -> RunIdentity {

@@ -7,6 +7,7 @@
 use super::backend::PlayError;
 use crate::launch::craft_process::CraftProcess;
 use crate::launch::os_process::Launcher;
+use crate::launch::placement::Placement;
 use crate::launch::run_root::RunRoot;
 use crate::supervision::shutdown::{Graces, ShutdownReport, end_fleet};
 use crate::supervision::signals::{Signals, Urgency};
@@ -35,8 +36,8 @@ pub struct FleetOptions {
     pub has_centre: bool,
     /// How every process waits.
     pub wake: WakeMode,
-    /// Per process the cores that it may run on; empty where it may run on all.
-    pub cores: Vec<Vec<u32>>,
+    /// Where every process runs.
+    pub placement: Placement,
     /// How long a turn may stay unbalanced, ns.
     pub turn_limit_ns: u64,
     /// When the run must be over.
@@ -73,13 +74,16 @@ pub(super) struct RealFleet<'a> {
     pub(super) ready_ns: Option<u64>,
 }
 
+/// Takes a message: from whom, what it is, its header and payload.
+pub(super) type Visit<'a> = dyn FnMut(CraftId, Kind, &Header, &[u8]) + 'a;
+
 /// How a fleet ended.
 #[derive(Debug)]
 pub(super) struct FleetEnd {
     /// Who ended how.
     pub report: ShutdownReport,
     /// What could not be done: a process that could not be ended, files that could not be removed.
-    pub trouble: Vec<std::io::Error>,
+    pub trouble: Vec<String>,
 }
 
 impl<'a> RealFleet<'a> {
@@ -147,9 +151,10 @@ impl<'a> RealFleet<'a> {
         let ended = end_fleet(&mut self.watch, graces, Some(self.signals));
         let Self { watch, endpoint, _host, root, .. } = self;
         drop((watch, endpoint, _host));
-        let mut trouble: Vec<std::io::Error> = root.remove().err().into_iter().collect();
+        let left = root.remove().err();
+        let mut trouble: Vec<String> = left.iter().map(ToString::to_string).collect();
         let report = ended.unwrap_or_else(|error| {
-            trouble.push(error);
+            trouble.push(error.to_string());
             ShutdownReport::default()
         });
         FleetEnd { report, trouble }
@@ -218,10 +223,7 @@ impl<'a> RealFleet<'a> {
     }
 
     /// Hands over what has arrived or, if nothing has, waits and looks around.
-    pub(super) fn pump(
-        &mut self,
-        visit: &mut dyn FnMut(CraftId, Kind, &Header, &[u8]),
-    ) -> Result<(), PlayError> {
+    pub(super) fn pump(&mut self, visit: &mut Visit<'_>) -> Result<(), PlayError> {
         let arrived = self.endpoint.drain(&mut |_, header, payload| {
             if let Some(kind) = header.kind() {
                 visit(CraftId(header.source), kind, header, payload);
@@ -271,7 +273,7 @@ fn arguments(root: &RunRoot, options: &FleetOptions, craft: u32) -> AgentArgumen
         incarnation: Incarnation(0),
         parent_pid: std::process::id(),
         wake: options.wake,
-        cores: options.cores.get(craft as usize).cloned().unwrap_or_default(),
+        cores: options.placement.of(CraftId(craft)).to_vec(),
     }
 }
 

@@ -7,6 +7,7 @@
 //! records alone.
 
 pub mod backend;
+pub mod demand;
 mod epoch;
 mod fleet;
 pub mod plan;

@@ -1,6 +1,7 @@
 //! What a run does, decided before anything starts.
 
 use super::FleetOptions;
+use crate::launch::placement::Placement;
 
 use crate::scenario::ResolvedScenario;
 use shared_types::time::Nanos;
@@ -14,8 +15,8 @@ pub struct FleetPlan {
     pub scenario: ResolvedScenario,
     /// The strategies, in the order in which they are played.
     pub strategies: Vec<StrategyKind>,
-    /// Per process the cores that it may run on.
-    pub cores: Vec<Vec<u32>>,
+    /// Where its processes run.
+    pub placement: Placement,
 }
 
 impl FleetPlan {
@@ -87,7 +88,7 @@ impl RunPlan {
             crafts: plan.scenario.craft_count(),
             has_centre: plan.has_centre(),
             wake: self.wake,
-            cores: plan.cores.clone(),
+            placement: plan.placement.clone(),
             turn_limit_ns: self.turn_limit_ns,
             run_ends,
         }

@@ -1,0 +1,52 @@
+//! What a fleet needs of its host, computed from the ports that its strategies open.
+
+use super::plan::FleetPlan;
+use crate::launch::resources::{Demand, EpochPorts, FleetShape, LOCKSTEP_SAMPLES_IN_FLIGHT};
+use crate::scenario::compile;
+use agent::replication::central::Client;
+use agent::replication::centre::Centre;
+use agent::replication::{Context, strategy};
+use shared_types::ids::CraftId;
+use shared_types::knowledge::{CsrView, FleetNetwork, FleetView};
+use shared_types::limits::PIPELINE_DEPTH;
+use shared_types::transport::Peers;
+use shared_types::wire::{HEADER_BYTES, StrategyKind};
+
+/// What the fleet of `plan` needs; its networks are taken to be as large as those of trial 0.
+#[must_use]
+pub fn demand(plan: &FleetPlan, seed: u64) -> Demand {
+    let mut network = FleetNetwork::default();
+    compile(&plan.scenario, seed, 0, &mut network);
+    let fleet = network.view();
+    let ports: Vec<(StrategyKind, Vec<Peers>)> =
+        plan.strategies.iter().map(|&kind| (kind, peers(kind, &fleet))).collect();
+    let shape = FleetShape::of_epochs(ports.iter().map(|(kind, peers)| EpochPorts {
+        peers,
+        samples_in_flight: match kind {
+            StrategyKind::Pipelined => PIPELINE_DEPTH as u64,
+            _ => LOCKSTEP_SAMPLES_IN_FLIGHT,
+        },
+    }));
+    let records = most_outputs(&fleet) * plan.scenario.scenario().replication.record_bytes as usize;
+    shape.demand((HEADER_BYTES + records) as u64, network.to_archive().len() as u64)
+}
+
+/// The ports of every process under a strategy, the centre last.
+fn peers(kind: StrategyKind, fleet: &FleetView<'_>) -> Vec<Peers> {
+    let crafts = (0..fleet.craft_count()).map(CraftId);
+    if kind.has_centre() {
+        return crafts.map(|_| Client::peers(fleet)).chain([Centre::peers(fleet)]).collect();
+    }
+    let strategy = strategy(kind);
+    crafts.map(|craft| strategy.peers(&Context { craft, fleet })).collect()
+}
+
+/// Facts that one firing writes at most.
+fn most_outputs(fleet: &FleetView<'_>) -> usize {
+    let longest =
+        |rows: CsrView<'_>| (0..rows.row_count()).map(|row| rows.row(row).len()).max().unwrap_or(0);
+    let of_board = |board: &shared_types::knowledge::BoardView<'_>| {
+        longest(board.outputs).max(longest(board.action_outputs))
+    };
+    fleet.boards.iter().map(of_board).max().unwrap_or(0)
+}
