@@ -7,6 +7,7 @@ pub mod compare;
 mod execute;
 mod progress;
 pub mod report;
+pub mod reproduce;
 
 pub mod run;
 pub mod scenario;
@@ -63,7 +64,7 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
         Command::Compare(arguments) => compare::compare(arguments, setting),
         Command::Run(arguments) => run::run(arguments, arguments.simulated, setting),
         Command::Simulate(arguments) => run::run(arguments, true, setting),
-        Command::Reproduce(_) => Err(Refusal::new("not yet")),
+        Command::Reproduce(arguments) => reproduce::reproduce(arguments, setting),
         Command::Report(arguments) => report::report(arguments, setting),
         Command::List => scenario::list(setting),
         Command::Show(arguments) => scenario::show(arguments),

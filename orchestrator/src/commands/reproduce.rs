@@ -1,0 +1,83 @@
+//! `reproduce`: the published tables beside ours.
+
+use super::compare::{PRESET, sized};
+use super::execute::{Scope, execute};
+use super::{Refusal, Setting, load_scenario, print_report};
+use crate::cli::ReproduceArguments;
+use crate::expectation::sample;
+use crate::outcome::Outcome;
+use crate::report::published::{PUBLISHED_TRIALS, Published};
+use crate::report::ranges::Sample;
+use crate::report::reproduce::{Reproduction, TABLES};
+use shared_types::wire::StrategyKind;
+
+/// Simulated trials behind the range of a mean (MEASURING: at least 10,000).
+const SAMPLE_TRIALS: u32 = 10_000;
+
+/// The strategies that the source tables.
+const TABLED: [StrategyKind; 5] = [
+    StrategyKind::Full,
+    StrategyKind::Boundary,
+    StrategyKind::Limited,
+    StrategyKind::Hierarchy,
+    StrategyKind::Central,
+];
+
+/// Runs the published experiment as often as the source did and prints both.
+///
+/// # Errors
+/// If something asked for is wrong; nothing was started then.
+pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Outcome, Refusal> {
+    let tables = numbers(&arguments.tables)?;
+    let mut common = arguments.common.clone();
+    let published_trials = u32::try_from(PUBLISHED_TRIALS).unwrap_or(u32::MAX);
+    common.trials.get_or_insert(published_trials);
+    if common.strategies.is_empty() {
+        common.strategies = TABLED.to_vec();
+    }
+    let mode = arguments.simulated.then_some("simulated");
+    let base = load_scenario(PRESET, &common, mode)?;
+    let seed = base.scenario().run.seed;
+    let published = Published::embedded();
+    let sizes: Vec<u32> = published
+        .runs
+        .iter()
+        .filter(|runs| tables.contains(&25) || tables.contains(&runs.table))
+        .map(|runs| runs.crafts)
+        .collect();
+    let executed = execute("reproduce", sized(&base, &sizes)?, Scope::Counts, &common, setting)?;
+    let parameters = base.scenario().network.clone().unwrap_or_default();
+    let samples: Vec<Sample> = if tables.contains(&25) {
+        sizes.iter().map(|&crafts| sample(&parameters, crafts, seed, SAMPLE_TRIALS)).collect()
+    } else {
+        Vec::new()
+    };
+    let report = Reproduction::new(&tables, seed, &executed.summary.deterministic, &samples);
+    print_report(&report, setting, common.all)?;
+    Ok(executed.outcome.worse(report.outcome()))
+}
+
+/// The table numbers that were asked for.
+fn numbers(names: &[String]) -> Result<Vec<u32>, Refusal> {
+    let mut numbers = Vec::new();
+    for name in names {
+        if name == "all" {
+            numbers.extend(TABLES);
+            continue;
+        }
+        let number = name.strip_prefix("table-").and_then(|number| number.parse().ok());
+        match number.filter(|number| TABLES.contains(number)) {
+            Some(number) => numbers.push(number),
+            None => {
+                return Err(Refusal::new(format!(
+                    "unknown table `{name}`: `all`, or table-{} to table-{}",
+                    TABLES.start(),
+                    TABLES.end()
+                )));
+            }
+        }
+    }
+    numbers.sort_unstable();
+    numbers.dedup();
+    Ok(numbers)
+}
