@@ -2,8 +2,8 @@
 //!
 //! Each pair runs `raw-round` and `slateswarm` one after the other, in alternating order, so that
 //! what the host does meanwhile falls on both; the result is the median of the ratios of medians.
-//! What is asked of `slateswarm` and where its answer lies stand in [`arguments_of_slateswarm`] and
-//! [`turn_of_slateswarm`] and nowhere else.
+//! What is asked of `slateswarm` and where its answer lies stand in `arguments_of_slateswarm` and
+//! `turn_of_slateswarm` and nowhere else.
 
 use serde_json::{Value, json};
 use std::ffi::OsString;
