@@ -9,7 +9,7 @@
 //! decides that a process or run is dead (the holder of the run's lock).
 
 use super::paths::RunPaths;
-use iceoryx2::node::{Node, NodeState};
+use iceoryx2::node::{Node, NodeState, NodeView};
 use iceoryx2::prelude::{CallbackProgression, LogLevel, ipc, set_log_level};
 use std::fs::Metadata;
 use std::io;
@@ -51,6 +51,13 @@ pub enum ReclaimError {
         /// What iceoryx2 said to the last of them.
         detail: String,
     },
+    /// Files that look unfinished and are too young to tell; to be tried again after
+    /// [`UNFINISHED_AGE`].
+    #[error("{count} files may still be in the making")]
+    Pending {
+        /// How many.
+        count: usize,
+    },
     /// The run's paths are not usable.
     #[error(transparent)]
     Paths(#[from] super::paths::PathsError),
@@ -75,7 +82,7 @@ pub fn remove_run(paths: &RunPaths) -> Result<Removed, ReclaimError> {
         removed.segments += usize::from(remove_file(&segment)?);
     }
     let root = paths.root();
-    removed.files = count_files(&root)?;
+    removed.files = files_below(&root)?.len();
     match std::fs::remove_dir_all(&root) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
             return Err(ReclaimError::io(&root)(error));
@@ -100,33 +107,33 @@ pub fn remove_run(paths: &RunPaths) -> Result<Removed, ReclaimError> {
 /// run lives.
 ///
 /// # Errors
-/// Names the first file that cannot be removed.
+/// Names the first file that cannot be removed, or says that some are too young to tell.
 pub fn sweep_unfinished(paths: &RunPaths) -> Result<Removed, ReclaimError> {
     let mut removed = Removed::default();
+    let mut pending = 0;
     for segment in segments_of(paths)? {
-        let is_unfinished = |found: &Metadata| found.len() == 0 || is_write_only(found);
-        if is_left_behind(&segment, is_unfinished) {
-            removed.segments += usize::from(remove_file(&segment)?);
+        match age_of(&segment, |found| found.len() == 0 || is_write_only(found)) {
+            Some(Age::LeftBehind) => removed.segments += usize::from(remove_file(&segment)?),
+            Some(Age::Young) => pending += 1,
+            None => {}
         }
     }
-    let mut unfinished = Vec::new();
-    visit_files(&paths.root(), &mut |file| {
-        if is_left_behind(file, is_write_only) {
-            unfinished.push(file.to_owned());
+    for file in files_below(&paths.root())? {
+        match age_of(&file, is_write_only) {
+            Some(Age::LeftBehind) => removed.files += usize::from(remove_file(&file)?),
+            Some(Age::Young) => pending += 1,
+            None => {}
         }
-    })?;
-    for file in unfinished {
-        removed.files += usize::from(remove_file(&file)?);
     }
-    Ok(removed)
+    if pending == 0 { Ok(removed) } else { Err(ReclaimError::Pending { count: pending }) }
 }
 
 /// Frees what dead processes of a living run hold, so that a restarted craft finds its slots: sweeps
 /// first, then lets iceoryx2 clean up every dead node. Takes milliseconds; never call it on the
-/// loop that a measured run waits for. Call it again while it fails: a file may have been too young.
+/// loop that a measured run waits for. Call it again as long as files are pending.
 ///
 /// # Errors
-/// If a file cannot be removed, or a dead node stays.
+/// If a file cannot be removed or is pending, or a dead node stays.
 pub fn reclaim_dead_nodes(paths: &RunPaths) -> Result<Removed, ReclaimError> {
     set_log_level(LogLevel::Fatal);
     let config = paths.config()?;
@@ -141,6 +148,15 @@ pub fn reclaim_dead_nodes(paths: &RunPaths) -> Result<Removed, ReclaimError> {
     .map_err(|error| ReclaimError::Nodes { count: 0, detail: format!("{error:?}") })?;
     let (mut failed, mut detail) = (0, String::new());
     for view in dead {
+        let number = view.id().value().to_string();
+        removed.files += forget_unfinished_tags(paths, &number)?;
+        if view.details().is_none() {
+            // Killed before it was a node: it has no port and no slot, and iceoryx2 would look for it
+            // at its default paths.
+            removed.files += remove_node_files(paths, &number)?;
+            removed.nodes += 1;
+            continue;
+        }
         match view.try_remove_stale_resources() {
             Ok(()) => removed.nodes += 1,
             Err(error) => {
@@ -150,6 +166,42 @@ pub fn reclaim_dead_nodes(paths: &RunPaths) -> Result<Removed, ReclaimError> {
         }
     }
     if failed == 0 { Ok(removed) } else { Err(ReclaimError::Nodes { count: failed, detail }) }
+}
+
+/// Removes the unfinished tags of the dead node `number`. The dead finish nothing, however young
+/// their files are, and one such tag makes iceoryx2 give up half-way and never try again.
+fn forget_unfinished_tags(paths: &RunPaths, number: &str) -> Result<usize, ReclaimError> {
+    let mut removed = 0;
+    for file in files_below(&nodes_of(paths).join(number))? {
+        if age_of(&file, is_write_only).is_some() {
+            removed += usize::from(remove_file(&file)?);
+        }
+    }
+    Ok(removed)
+}
+
+/// Removes all files of the dead node `number`: its directory, and its monitor files beside it.
+fn remove_node_files(paths: &RunPaths, number: &str) -> Result<usize, ReclaimError> {
+    let (nodes, mut removed) = (nodes_of(paths), 0);
+    let directory = nodes.join(number);
+    let monitor = format!("{}{number}.", paths.prefix());
+    for file in files_below(&nodes)? {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        if file.starts_with(&directory) || name.starts_with(&monitor) {
+            removed += usize::from(remove_file(&file)?);
+        }
+    }
+    match std::fs::remove_dir(&directory) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(ReclaimError::io(&directory)(error))
+        }
+        _ => Ok(removed),
+    }
+}
+
+/// Where iceoryx2 keeps what it knows of the run's processes.
+fn nodes_of(paths: &RunPaths) -> PathBuf {
+    paths.root().join("nodes")
 }
 
 fn segments_of(paths: &RunPaths) -> Result<Vec<PathBuf>, ReclaimError> {
@@ -162,15 +214,19 @@ fn is_write_only(found: &Metadata) -> bool {
     found.permissions().mode() & 0o777 == WRITE_ONLY
 }
 
-fn is_left_behind(path: &Path, is_unfinished: impl Fn(&Metadata) -> bool) -> bool {
-    // A file that cannot be looked at has just gone.
-    std::fs::symlink_metadata(path).is_ok_and(|found| {
-        is_unfinished(&found)
-            && found
-                .modified()
-                .and_then(|modified| modified.elapsed().map_err(io::Error::other))
-                .is_ok_and(|age| age >= UNFINISHED_AGE)
-    })
+/// How long ago an unfinished file was touched.
+enum Age {
+    Young,
+    LeftBehind,
+}
+
+/// The age of an unfinished file, `None` for a finished one or one that has just gone.
+fn age_of(path: &Path, is_unfinished: impl Fn(&Metadata) -> bool) -> Option<Age> {
+    let found = std::fs::symlink_metadata(path).ok().filter(is_unfinished)?;
+    let touched = found.modified().ok()?;
+    // A time that lies ahead is a clock that was set back: as old as now.
+    let is_old = touched.elapsed().is_ok_and(|age| age >= UNFINISHED_AGE);
+    Some(if is_old { Age::LeftBehind } else { Age::Young })
 }
 
 /// Removes a file; `false` if somebody else was faster.
@@ -182,27 +238,21 @@ fn remove_file(path: &Path) -> Result<bool, ReclaimError> {
     }
 }
 
-fn count_files(directory: &Path) -> Result<usize, ReclaimError> {
-    let mut count = 0;
-    visit_files(directory, &mut |_| count += 1)?;
-    Ok(count)
-}
-
-/// Calls `visit` for everything below `directory` that is not a directory.
-fn visit_files(directory: &Path, visit: &mut dyn FnMut(&Path)) -> Result<(), ReclaimError> {
-    let entries = match std::fs::read_dir(directory) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(ReclaimError::io(directory)(error)),
-    };
-    for entry in entries {
-        let entry = entry.map_err(ReclaimError::io(directory))?;
-        let path = entry.path();
-        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            visit_files(&path, visit)?;
-        } else {
-            visit(&path);
+/// Everything below `directory` that is not a directory; nothing if it is not there.
+fn files_below(directory: &Path) -> Result<Vec<PathBuf>, ReclaimError> {
+    let mut files = Vec::new();
+    let mut directories = vec![directory.to_owned()];
+    while let Some(directory) = directories.pop() {
+        let entries = match std::fs::read_dir(&directory) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(ReclaimError::io(&directory)(error)),
+        };
+        for entry in entries {
+            let entry = entry.map_err(ReclaimError::io(&directory))?;
+            let is_directory = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            if is_directory { &mut directories } else { &mut files }.push(entry.path());
         }
     }
-    Ok(())
+    Ok(files)
 }
