@@ -95,7 +95,12 @@ pub const RUN_PATH_BYTES_MAX: usize = 60;
 /// Descriptors that a run asks for at least, as soft limit.
 pub const OPEN_FILES_MIN: u64 = 4096;
 
+/// Largest fleet whose results are kept craft by craft; of larger ones the sums, and the crafts that
+/// differ from the independent replay.
+pub const CRAFTS_RECORDED_MAX: usize = 1024;
+
 const _: () = assert!(REAL_CRAFTS_MAX < SIMULATED_CRAFTS_TESTED);
+const _: () = assert!((REAL_CRAFTS_MAX as usize) < CRAFTS_RECORDED_MAX);
 const _: () = assert!(SIMULATED_CRAFTS_TESTED <= SIMULATED_CRAFTS_MAX);
 const _: () = assert!(PIPELINE_DEPTH < INBOX_SAMPLES);
 const _: () = assert!(PUBLISHED_TURNS_MAX <= TURNS_MAX);

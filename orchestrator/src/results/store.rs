@@ -27,8 +27,10 @@ use super::summary::Summary;
 use crate::outcome::Outcome;
 use hdrhistogram::Histogram;
 use serde::Serialize;
+use shared_types::limits::CRAFTS_RECORDED_MAX;
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
+use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -148,14 +150,15 @@ impl Store {
         &self.directory
     }
 
-    /// Keeps a trial.
+    /// Keeps a trial; of a fleet above [`CRAFTS_RECORDED_MAX`] only what is said there.
     ///
     /// # Errors
     /// If a file cannot be written.
     pub fn append_trial(&mut self, record: &TrialRecord) -> Result<(), StoreError> {
-        let done = self.trials.write_all(&json_line(record));
+        let record = bounded(record);
+        let done = self.trials.write_all(&json_line(record.as_ref()));
         self.written(done, TRIALS_FILE)?;
-        let done = self.measurements.write_all(&measurements::trial_lines(record));
+        let done = self.measurements.write_all(&measurements::trial_lines(&record));
         self.written(done, MEASUREMENTS_FILE)
     }
 
@@ -220,6 +223,18 @@ impl Store {
     fn written(&self, done: std::io::Result<()>, name: &str) -> Result<(), StoreError> {
         done.map_err(|source| StoreError::Write { path: self.directory.join(name), source })
     }
+}
+
+/// The record, without the crafts of a large fleet that are as expected.
+fn bounded(record: &TrialRecord) -> Cow<'_, TrialRecord> {
+    if record.deterministic.crafts.len() <= CRAFTS_RECORDED_MAX {
+        return Cow::Borrowed(record);
+    }
+    let mut small = record.clone();
+    small.deterministic.crafts.retain(|craft| craft.measured != craft.expected);
+    small.deterministic.crafts.truncate(CRAFTS_RECORDED_MAX);
+    small.timing.processes.clear();
+    Cow::Owned(small)
 }
 
 fn make_directory(place: Place<'_>, provenance: &Provenance) -> Result<PathBuf, StoreError> {

@@ -283,3 +283,40 @@ fn the_long_form_has_every_value_of_a_trial_once() {
         .sum();
     assert_eq!(requests, 28);
 }
+
+#[test]
+fn of_a_very_large_fleet_only_the_crafts_that_differ_are_kept() {
+    let place = tempfile::tempdir().unwrap();
+    let mut store = Store::create(Place::Exactly(place.path()), &provenance(), "").unwrap();
+    let mut record = trial(5000, StrategyKind::Full, 0);
+    record.deterministic.crafts[17].measured.replication.requests += 1;
+    store.append_trial(&record).unwrap();
+    let read = read_run(place.path()).unwrap().trials.remove(0).deterministic;
+    assert_eq!(read.crafts, record.deterministic.crafts[17..=17]);
+    assert_eq!(read.measured, record.deterministic.measured);
+    assert!(!read.agrees_with_oracle());
+}
+
+#[test]
+fn the_data_dictionary_names_every_metric_of_the_long_form() {
+    const DICTIONARY: &str = include_str!("../../../docs/data-dictionary.md");
+    let place = tempfile::tempdir().unwrap();
+    leave_run(place.path(), &[2]);
+    let mut reader = csv::Reader::from_path(place.path().join("measurements.csv")).unwrap();
+    let metrics: std::collections::BTreeSet<String> =
+        reader.records().map(|row| row.unwrap()[6].to_owned()).collect();
+    assert!(metrics.len() > 60);
+    for metric in metrics {
+        let (class, count) = metric.rsplit_once('-').unwrap_or((&metric, ""));
+        let is_turn = metric.starts_with("turn-time-");
+        let names = [
+            format!("`{metric}`"),
+            // Traffic stands there as class and count.
+            format!("`{}-*`", class.trim_end_matches("-bytes")),
+            if is_turn { format!("`-{count}`") } else { String::new() },
+            if count.parse::<u32>().is_ok() { "`turn-time-1`".to_owned() } else { String::new() },
+        ];
+        let is_named = names.iter().any(|name| !name.is_empty() && DICTIONARY.contains(name));
+        assert!(is_named, "{metric}");
+    }
+}
