@@ -109,22 +109,42 @@ impl Comparison {
     }
 
     fn measure_turn(&self) -> Result<f64, RatioError> {
-        let answer = answer_of(&self.slateswarm, &arguments_of_slateswarm(self.crafts))?;
+        let out = ResultsDirectory::of_this_process();
+        let answer = answer_of(&self.slateswarm, &arguments_of_slateswarm(self.crafts, &out.0))?;
         figure(&self.slateswarm, "median turn time", turn_of_slateswarm(&answer))
     }
 }
 
-/// What makes `slateswarm` measure turns of `crafts` polling crafts under `full`.
-fn arguments_of_slateswarm(crafts: u32) -> Vec<OsString> {
+/// Where `slateswarm` leaves results that nobody needs once the turn time is printed.
+struct ResultsDirectory(PathBuf);
+
+impl ResultsDirectory {
+    fn of_this_process() -> Self {
+        Self(std::env::temp_dir().join(format!("slateswarm-turn-ratio-{}", std::process::id())))
+    }
+}
+
+impl Drop for ResultsDirectory {
+    fn drop(&mut self) {
+        // It does not exist if `slateswarm` refused to start.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What makes `slateswarm` measure turns of `crafts` polling crafts under `full`, with its results
+/// below `out`.
+fn arguments_of_slateswarm(crafts: u32, out: &Path) -> Vec<OsString> {
     let crafts = crafts.to_string();
     let arguments = ["compare", "--sizes", &crafts, "--strategies", "full", "--wake", "poll"];
-    let output = ["--timing-only", "--format", "json"];
-    arguments.into_iter().chain(output).map(OsString::from).collect()
+    let output = ["--timing-only", "--format", "json", "--quiet", "--out"];
+    arguments.into_iter().chain(output).map(OsString::from).chain([out.into()]).collect()
 }
 
 /// The median turn time in `answer`, ns.
 fn turn_of_slateswarm(answer: &Value) -> Option<&Value> {
-    answer.pointer("/timing/0/turn_ns/p50")
+    let cells = answer.pointer("/timing/cells")?.as_array()?;
+    let full = cells.iter().find(|cell| cell["strategy"] == "full")?;
+    full.pointer("/figures/turn-time-p50").filter(|figure| figure["unit"] == "ns")?.get("value")
 }
 
 /// Runs `program` to its end and parses its standard output.
@@ -189,7 +209,8 @@ impl fmt::Display for Pair {
 
 #[cfg(test)]
 mod tests {
-    use super::{Comparison, Outcome, Pair, RatioError};
+    use super::{Comparison, Outcome, Pair, RatioError, turn_of_slateswarm};
+    use serde_json::json;
     use std::path::PathBuf;
 
     fn outcome(turns_ns: &[f64]) -> Outcome {
@@ -205,6 +226,21 @@ mod tests {
         check(&[20.0], 2.0);
         check(&[90.0, 10.0, 20.0], 2.0);
         check(&[90.0, 10.0, 20.0, 30.0], 2.5);
+    }
+
+    #[test]
+    fn the_turn_time_is_that_of_full_in_nanoseconds() {
+        let cell = |strategy: &str, unit: &str, value: f64| {
+            let figures = json!({ "turn-time-p50": { "value": value, "unit": unit } });
+            json!({ "size": 10, "strategy": strategy, "figures": figures })
+        };
+        let turn = |cells: [serde_json::Value; 2]| {
+            turn_of_slateswarm(&json!({ "timing": { "cells": cells } })).cloned()
+        };
+        let null = cell("null", "ns", 1.0);
+        assert_eq!(turn([null.clone(), cell("full", "ns", 2.0)]), Some(json!(2.0)));
+        assert_eq!(turn([null.clone(), cell("full", "us", 2.0)]), None);
+        assert_eq!(turn([null.clone(), null]), None);
     }
 
     #[test]

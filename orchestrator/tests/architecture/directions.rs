@@ -183,9 +183,6 @@ const RULES: &[Rule] = &[
     },
 ];
 
-/// Modules that a rule may name before they exist.
-pub(crate) const NOT_YET_BUILT: &[&str] = &["orchestrator::run"];
-
 /// The modules that rules are about, each once, in the order of the table.
 pub(crate) fn modules() -> impl Iterator<Item = &'static str> {
     let first = |at: usize| RULES[..at].iter().all(|rule| rule.module != RULES[at].module);
