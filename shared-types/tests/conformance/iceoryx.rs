@@ -176,17 +176,19 @@ fn a_turn_and_a_multicast_ring_everybody_who_gets_them() {
 
 #[test]
 fn crafts_that_came_after_the_orchestrator_are_rung_at_once() {
-    let mut fleet = IceoryxFleet::new(WakeMode::Block);
-    drop(fleet.crafts.remove(3));
-    let options = EndpointOptions::new(CRAFTS, WakeMode::Block);
-    send_number(fleet.orchestrator(), Destination::Turn, 0).expect("sends");
-    let mut late = IceoryxEndpoint::open(&fleet.run.paths, CraftId(3), Incarnation(1), options)
-        .expect("opens");
-    send_number(fleet.orchestrator(), Destination::Turn, 1).expect("sends");
-    fleet.orchestrator().ring();
+    let run = Run::new();
+    let host = IceoryxHost::create(&run.paths, HostOptions::new(1)).expect("creates");
+    let mut orchestrator = host.endpoint(WakeMode::Block).expect("opens");
+    let options = EndpointOptions::new(1, WakeMode::Block);
+    let mut craft =
+        IceoryxEndpoint::open(&run.paths, CraftId(0), Incarnation(0), options).expect("opens");
+    // Nobody has updated any connection.
+    send_number(&mut orchestrator, Destination::Turn, 1).expect("sends");
+    orchestrator.ring();
     let soon = clock::now().plus(1_000_000);
-    assert_eq!(late.wait(Some(soon), &[]).expect("waits"), Wake::Bell);
-    assert_eq!(numbers(&drain(&mut late)), [1]);
+    assert_eq!(craft.wait(Some(soon), &[]).expect("waits"), Wake::Bell);
+    assert_eq!(numbers(&drain(&mut craft)), [1]);
+    drop((craft, orchestrator, host));
 }
 
 #[test]

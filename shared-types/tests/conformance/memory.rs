@@ -209,3 +209,21 @@ fn memory_is_reused_whatever_is_sent() {
     }
     assert_eq!(sizes[0], sizes[49], "{sizes:?}");
 }
+
+#[test]
+fn a_network_is_not_quiet_while_a_sample_waits_in_an_outbox() {
+    let mut fleet = MemoryFleet::new(2);
+    for number in 0..=64 {
+        send_number(fleet.craft(0), to_craft(1), number).expect("is taken or waits");
+    }
+    receive(&mut fleet, 1);
+    assert!(fleet.network.in_flight() == 0 && !fleet.network.is_quiet(), "one sample waits");
+    drain_until_quiet(&mut fleet);
+    assert!(fleet.network.is_quiet());
+    for number in 0..=64 {
+        send_number(fleet.craft(0), to_craft(1), number).expect("is taken or waits");
+    }
+    fleet.settle();
+    fleet.crafts.clear();
+    assert!(fleet.network.is_quiet(), "what an endpoint had to send or read goes with it");
+}
