@@ -3,7 +3,9 @@
 //! Results go to standard output, everything else to standard error. A verb returns how the
 //! invocation ends; `main` turns that into the exit code.
 
+pub mod clean;
 pub mod compare;
+pub mod doctor;
 mod execute;
 mod progress;
 pub mod report;
@@ -75,7 +77,8 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
             clap_complete::generate(*shell, &mut Cli::command(), "slateswarm", &mut script);
             print_bytes(&script)
         }
-        Command::Clean | Command::Doctor => Err(Refusal::new("not yet")),
+        Command::Clean => clean::carry_out(setting),
+        Command::Doctor => doctor::carry_out(setting),
     }
 }
 
