@@ -18,7 +18,7 @@ use crate::cli::{Cli, Command, CommonArguments, Format};
 use crate::outcome::Outcome;
 use crate::report::table::Colour;
 use crate::report::{Look, Report};
-use crate::scenario::{Base, Override, ResolvedScenario, ScenarioError, load};
+use crate::scenario::{Base, Override, ResolvedScenario, ScenarioError, environment, load};
 use clap::CommandFactory;
 use std::io::{IsTerminal as _, Write as _};
 
@@ -106,7 +106,7 @@ fn load_scenario(
     flag("--wake", "fleet.wake", common.wake.map(|wake| wake.name().to_owned()));
     flag("--cores", "fleet.cores", common.cores.map(|cores| cores.to_string()));
     flag("--simulated", "run.mode", mode.map(str::to_owned));
-    Ok(load(&Base::from_argument(argument), std::env::vars(), &overrides)?)
+    Ok(load(&Base::from_argument(argument), environment(), &overrides)?)
 }
 
 /// Prints a report in the form asked for.

@@ -11,7 +11,6 @@ use crate::results::store::StoreError;
 use crate::scenario::compile;
 use agent::oracle::{Expected, Replay};
 use shared_types::knowledge::FleetNetwork;
-use shared_types::scenario::SendPolicy;
 use shared_types::wire::{EpochSpec, StrategyKind, TrialReport};
 
 /// Discrepancies of one trial that are kept and told; the rest is counted.
@@ -38,21 +37,7 @@ pub(super) fn cell(block: u32, plan: &FleetPlan, strategy: StrategyKind) -> Cell
 impl Rules {
     /// Trial `trial` of `seed`, as the scenario says.
     pub(super) fn of_trial(plan: &FleetPlan, seed: u64, trial: u32) -> Self {
-        let scenario = plan.scenario.scenario();
-        Self {
-            spec: EpochSpec {
-                epoch: 0,
-                network: 0,
-                seed,
-                trial,
-                strategy: StrategyKind::Null,
-                own_firing_only: scenario.replication.own_firing_only,
-                ignores_finals: false,
-                sends_altered_only: scenario.replication.send == SendPolicy::Altered,
-                record_bytes: scenario.replication.record_bytes,
-                turns_max: scenario.run.turns,
-            },
-        }
+        Self { spec: EpochSpec { seed, ..plan.scenario.epoch_spec(StrategyKind::Null, trial) } }
     }
 
     /// The same for `turns` turns, whatever is reached.

@@ -111,8 +111,8 @@ impl<'a> Runner<'a> {
     ) -> Result<Ended, StoreError> {
         let options = MemoryOptions { seed: self.plan.seed, ..MemoryOptions::default() };
         let simulation = Simulation::new(fleet.scenario.craft_count(), options);
-        if let Some(link) = fleet.scenario.links().to_link() {
-            simulation.network().set_link(link);
+        if !fleet.scenario.links().is_instant() {
+            simulation.network().set_link(fleet.scenario.links().clone());
         }
         let mut backend = SimulatedFleet { simulation, signals, run_ends: self.run_ends };
         self.play_trials(&mut backend, block, fleet)

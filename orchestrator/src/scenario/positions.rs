@@ -85,15 +85,6 @@ impl LinkTable {
         self.delay_ms == 0.0 && self.geometry.is_none()
     }
 
-    /// The delays as the simulator's link; `None` if every pair has delay 0.
-    #[must_use]
-    pub fn to_link(&self) -> Option<impl Link + use<>> {
-        let table = (!self.is_instant()).then(|| self.clone())?;
-        Some(move |_: Nanos, receiver: CraftId, header: &Header| {
-            Verdict::Delay(table.delay_ns(CraftId(header.source), receiver))
-        })
-    }
-
     /// Refuses a fleet in which two crafts that must communicate are out of range.
     pub(super) fn check_range(
         &self,
