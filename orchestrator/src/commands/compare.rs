@@ -8,6 +8,7 @@ use crate::report::compare::{Compare, PublishedMean};
 use crate::report::published::{PUBLISHED_TRIALS, Published, is_source_inconsistent};
 use crate::results::figure::Figure;
 use crate::scenario::ResolvedScenario;
+use shared_types::scenario::GeneratedNetwork;
 use shared_types::wire::StrategyKind;
 
 /// The preset that `compare` runs.
@@ -27,9 +28,11 @@ pub fn compare(arguments: &CompareArguments, setting: Setting) -> Result<Outcome
         _ => Scope::All,
     };
     let executed = execute(PRESET, scenarios, scope, &arguments.common, setting)?;
+    // Published means stand beside the published experiment only, whatever `--set` made of it.
+    let is_published = base.scenario().network == Some(GeneratedNetwork::default());
     let report = Compare {
         summary: executed.summary,
-        published: published_means(),
+        published: if is_published { published_means() } else { Vec::new() },
         directory: executed.directory,
         program: program(),
     };

@@ -6,7 +6,9 @@ use super::epoch::{self, Prepared, Rules};
 use super::plan::{FleetPlan, TimingPlan};
 use super::{Ended, Runner};
 use crate::results::record::{Cell, Counts, Overhead, TimingRecord, TrialRecord};
-use crate::results::statistics::{Distribution, TIME_NS_MAX, time_histogram};
+use crate::results::statistics::{
+    Distribution, TIME_NS_MAX, second_half_ratio, time_histogram,
+};
 use crate::results::store::StoreError;
 use hdrhistogram::Histogram;
 use shared_types::transport::clock;
@@ -143,16 +145,4 @@ impl Tally {
             losses: self.losses,
         }
     }
-}
-
-/// Median of the second half of `times` over that of the first.
-fn second_half_ratio(times: &[u64]) -> Option<f64> {
-    let (first, second) = times.split_at(times.len() / 2);
-    let median = |half: &[u64]| {
-        let mut sorted = half.to_vec();
-        sorted.sort_unstable();
-        sorted.get(sorted.len() / 2).copied()
-    };
-    let as_float = crate::results::statistics::as_float;
-    Some(as_float(median(second)?) / as_float(median(first)?.max(1)))
 }

@@ -1,0 +1,178 @@
+//! In the steady state no delta costs a heap allocation: neither in the core, under any strategy, nor
+//! in the shared-memory transport.
+#![expect(unsafe_code, reason = "a counting allocator must implement GlobalAlloc")]
+
+use agent::craft::dispatch::dispatch;
+use agent::craft::{Craft, Outbox};
+use shared_types::ids::CraftId;
+use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, FleetView, Literal, Topology};
+use shared_types::transport::Endpoint;
+use shared_types::transport::memory::{MemoryEndpoint, MemoryNetwork, MemoryOptions};
+use shared_types::wire::{Class, EpochSpec, StrategyKind, TurnCommand};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The system's allocator, counting per thread.
+struct Counting;
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `dealloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller keeps the contract of `realloc`.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations_during(work: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+const CRAFTS: u32 = 4;
+
+/// Every craft forever toggles two facts that all crafts share.
+fn restless_network() -> FleetNetwork {
+    let boards = (0..CRAFTS).map(|craft| {
+        let mut board = BoardNetwork { fact_count: 3, initial: vec![0], ..BoardNetwork::default() };
+        for negation in 0..2 {
+            board.premises.push_row([Literal::holds(shared_types::ids::FactId(0)).0]);
+            board.outputs.push_row([1 << 1 | negation, 2 << 1 | negation]);
+            board.queues.push_row([]);
+        }
+        board.repeating_rules = vec![0, 1];
+        let others = || (0..CRAFTS).filter(move |&other| other != craft);
+        let links: Vec<(u32, u32)> = [1, 2]
+            .into_iter()
+            .flat_map(|fact| others().flat_map(move |to| [(fact, to), (fact, fact)]))
+            .collect();
+        board.links = Csr::from_pairs(3, &links);
+        board.index_readers();
+        board
+    });
+    let parent = (0..CRAFTS).map(|craft| craft.checked_sub(1).map_or(u32::MAX, |below| below / 2));
+    FleetNetwork {
+        boards: boards.collect(),
+        topology: Topology::new(parent.collect(), vec![0, 0, 1, 1]).expect("a tree"),
+        script: Vec::new(),
+    }
+}
+
+struct Fleet {
+    network: MemoryNetwork,
+    crafts: Vec<Craft>,
+    endpoints: Vec<MemoryEndpoint>,
+    out: Outbox,
+    reports: u64,
+}
+
+impl Fleet {
+    fn new(spec: &EpochSpec, view: &FleetView<'_>) -> Self {
+        let network = MemoryNetwork::new(CRAFTS + 1, MemoryOptions::default());
+        let processes = CRAFTS + u32::from(spec.strategy.has_centre());
+        let mut endpoints: Vec<MemoryEndpoint> =
+            (0..processes).map(|craft| network.endpoint(CraftId(craft), 0)).collect();
+        let mut crafts: Vec<Craft> =
+            (0..processes).map(|craft| Craft::new(CraftId(craft))).collect();
+        for (craft, endpoint) in crafts.iter_mut().zip(&mut endpoints) {
+            craft.begin_epoch(spec, view);
+            endpoint.open_ports(&craft.peers(view)).expect("ports open");
+        }
+        Self { network, crafts, endpoints, out: Outbox::default(), reports: 0 }
+    }
+
+    fn turn(&mut self, turn: u32, view: &FleetView<'_>) {
+        let closed = turn.checked_sub(1).unwrap_or(TurnCommand::NO_TURN);
+        let command = TurnCommand { closed, opened: turn, wants_merged: 0, is_last: 0 };
+        for index in 0..self.crafts.len() {
+            self.crafts[index].command(self.network.now(), &command, view, &mut self.out);
+            self.publish(index);
+        }
+        while let Some(receiver) = self.network.deliver_next() {
+            let (craft, out) = (&mut self.crafts[receiver.index()], &mut self.out);
+            self.endpoints[receiver.index()]
+                .drain(&mut |_, header, payload| {
+                    let class = header.class().expect("a class");
+                    let kind = header.kind().expect("a kind");
+                    craft.receive(class, kind, header, payload, view, out).expect("accepted");
+                })
+                .expect("drains");
+            self.publish(receiver.index());
+        }
+    }
+
+    fn publish(&mut self, index: usize) {
+        let craft = &mut self.crafts[index];
+        craft.settle(&mut self.out);
+        let now = self.network.now();
+        dispatch(&mut self.endpoints[index], now, &mut self.out, craft.counting_mut())
+            .expect("sends");
+        self.reports += self.out.reports.len() as u64;
+        self.out.reports.clear();
+    }
+
+    fn deliveries(&self) -> u64 {
+        let reports = self.crafts.iter().map(Craft::report);
+        reports
+            .map(|report| {
+                [Class::Replication, Class::Reply]
+                    .map(|class| report.counters.traffic[class as usize].deliveries)
+                    .iter()
+                    .sum::<u64>()
+            })
+            .sum()
+    }
+}
+
+#[test]
+fn core_allocates_nothing_per_delta_in_the_steady_state() {
+    let network = restless_network();
+    let view = network.view();
+    for strategy in StrategyKind::ALL {
+        let spec = EpochSpec {
+            epoch: 0,
+            network: 0,
+            seed: 3,
+            trial: 0,
+            strategy,
+            own_firing_only: true,
+            ignores_finals: true,
+            sends_altered_only: false,
+            record_bytes: 16,
+            turns_max: 1000,
+        };
+        let mut fleet = Fleet::new(&spec, &view);
+        for turn in 0..200 {
+            fleet.turn(turn, &view);
+        }
+        let before = fleet.deliveries();
+        let allocations = allocations_during(|| {
+            for turn in 200..600 {
+                fleet.turn(turn, &view);
+            }
+        });
+        let deliveries = fleet.deliveries() - before;
+        assert!(deliveries >= 400 || strategy == StrategyKind::Null, "{strategy}: {deliveries}");
+        assert_eq!(allocations, 0, "{strategy}: {deliveries} deliveries");
+        assert!(fleet.reports >= 600 * u64::from(CRAFTS), "{strategy}");
+    }
+}
