@@ -145,7 +145,8 @@ impl std::fmt::Debug for WorldSample {
 /// What a process sends and receives through.
 ///
 /// Every sample handed to the visitor of [`Self::drain`] has passed [`Header::verify`] and the
-/// sequence check. Order is kept per source and destination service.
+/// sequence check. Order is kept per source and destination service, except around the repair of a
+/// missed multicast, which may come before or after its neighbours (docs/decisions/0008).
 pub trait Endpoint {
     /// Opens what the epoch needs and closes the rest. Unicast to the orchestrator, and the services
     /// `Turn` and `World`, are always open.
@@ -201,6 +202,7 @@ pub trait Endpoint {
     /// Wakes the sleepers among those that this endpoint sent to since the last call.
     fn ring(&mut self);
 
-    /// What was lost, refused or repeated since the last call.
+    /// What was lost, refused or repeated since the last call. To be called when the fleet is quiet:
+    /// what is still on its way as a repair would count as a gap.
     fn take_losses(&mut self) -> Losses;
 }

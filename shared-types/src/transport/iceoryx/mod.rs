@@ -4,7 +4,8 @@
 //! then open ports on them ([`IceoryxEndpoint`]). A sample is written once, into a loan of shared
 //! memory, with our [`Header`] as its user header, and read where it lies. Every publisher discards
 //! rather than blocks: a unicast that nobody took goes to the outbox, and whoever missed a broadcast
-//! is told by name through the back-pressure handler and gets the sample by unicast.
+//! is told by name through the back-pressure handler and gets the sample by unicast. Nothing here
+//! allocates per sample once buffers have grown; iceoryx2 itself allocates one small count per loan.
 //!
 //! Files: `services` (quality of service, creating, opening), `peers` (one slot per process that is
 //! sent to), `endpoint` (the port itself), `sending` (its sending half), `broadcast` (one publisher to

@@ -95,13 +95,13 @@ impl IdleWait {
         until: Option<Nanos>,
         others: &[BorrowedFd<'_>],
     ) -> Result<Wake, SendError> {
-        let yields_first = match self.mode {
-            WakeMode::Poll => u32::MAX,
-            WakeMode::Adaptive => YIELDS_BEFORE_SLEEP,
-            WakeMode::Block => 0,
+        let still_yields = match self.mode {
+            WakeMode::Poll => true,
+            WakeMode::Adaptive => self.yields < YIELDS_BEFORE_SLEEP,
+            WakeMode::Block => false,
         };
-        if self.yields < yields_first {
-            self.yields = self.yields.saturating_add(1) % u32::MAX;
+        if still_yields {
+            self.yields = self.yields.saturating_add(1);
             rustix::thread::sched_yield();
             return Ok(Wake::Bell);
         }
