@@ -1,17 +1,17 @@
 //! Draws the network of one trial: the chapter VII experiment and its named variants.
 //!
 //! Every board is drawn from its own stream, the links between boards from one more, so a trial is
-//! fixed by seed and trial number alone. Draws are made in one order that never changes: per board
-//! the final facts and the initial ones (the first places of a random order of all facts), per rule
-//! the number of premises, the premises, the fact it asserts and the action it queues, per action the
-//! fact it asserts; for the links all end points pair by pair, then the order in which they are
-//! written. All memory of the previous trial's network is used again.
+//! fixed by seed and trial number alone. Draws are made in one order that never changes. Per board:
+//! the final facts and the initial ones (the first places of a random order of all facts), every
+//! rule's number of premises, all premises, the fact that each rule asserts, the action that each
+//! queues, the fact that each action asserts. For the links: all end points pair by pair, then the
+//! order in which they are written. All memory of the previous trial's network is used again.
 //!
 //! Not here: the parameters (`shared_types::scenario`), and networks that a user writes out
 //! (`compile`).
 
 use shared_types::ids::{CraftId, FactId};
-use shared_types::knowledge::{BoardNetwork, FleetNetwork, Literal, Target, Topology};
+use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, Literal, Target, Topology};
 use shared_types::rng::{Purpose, Stream};
 use shared_types::scenario::{GeneratedNetwork, LinkingModel};
 
@@ -31,10 +31,10 @@ pub fn generate(
     into.topology = Topology::binary(craft_count);
     into.boards.resize_with(craft_count as usize, BoardNetwork::default);
 
-    let mut scratch = vec![0; parameters.facts as usize];
+    let mut order = vec![0; parameters.facts as usize];
     for (board, craft) in into.boards.iter_mut().zip(0..) {
         let mut stream = Stream::new(seed, trial, Purpose::Board, craft);
-        draw_board(parameters, &mut stream, &mut scratch, board);
+        draw_board(parameters, &mut stream, &mut order, board);
     }
     let mut stream = Stream::new(seed, trial, Purpose::Links, 0);
     let links = draw_links(parameters, craft_count, &mut stream);
@@ -54,28 +54,26 @@ fn draw_board(
     board.clear();
     board.fact_count = parameters.facts;
     draw_marked_facts(parameters, stream, order, board);
-    for _ in 0..parameters.rules {
-        let premise_count = stream.between(parameters.premises_min, parameters.premises_max);
-        for _ in 0..premise_count {
-            board.premises.push_item(draw_literal(parameters, stream));
-        }
-        board.premises.finish_row();
-        board.outputs.push_item(draw_literal(parameters, stream));
-        board.outputs.finish_row();
-        board.queues.push_item(stream.below(parameters.actions));
-        board.queues.finish_row();
+
+    let (fewest, most) = (parameters.premises_min, parameters.premises_max);
+    board.premises.set_rows((0..parameters.rules).map(|_| stream.between(fewest, most)));
+    draw_literals(parameters, stream, &mut board.premises);
+    board.outputs.set_rows((0..parameters.rules).map(|_| 1));
+    draw_literals(parameters, stream, &mut board.outputs);
+    board.queues.set_rows((0..parameters.rules).map(|_| 1));
+    for action in board.queues.items_mut() {
+        *action = stream.below(parameters.actions);
     }
-    for _ in 0..parameters.actions {
-        board.action_outputs.push_item(draw_literal(parameters, stream));
-        board.action_outputs.finish_row();
-    }
+    board.action_outputs.set_rows((0..parameters.actions).map(|_| 1));
+    draw_literals(parameters, stream, &mut board.action_outputs);
     board.index_readers();
 }
 
-/// A random fact, asserted.
-#[inline]
-fn draw_literal(parameters: &GeneratedNetwork, stream: &mut Stream) -> u32 {
-    Literal::holds(FactId(stream.below(parameters.facts))).0
+/// Makes every entry of `table` a random fact, asserted.
+fn draw_literals(parameters: &GeneratedNetwork, stream: &mut Stream, table: &mut Csr) {
+    for entry in table.items_mut() {
+        *entry = Literal::holds(FactId(stream.below(parameters.facts))).0;
+    }
 }
 
 /// Draws the final facts, and the initially asserted ones among the others: the first places of a
@@ -94,11 +92,12 @@ fn draw_marked_facts(
         let other = place + stream.below(parameters.facts - place);
         order.swap(place as usize, other as usize);
     }
-    let (finals, rest) = order.split_at(parameters.finals as usize);
+    let (finals, rest) = order.split_at_mut(parameters.finals as usize);
+    let initial = &mut rest[..parameters.initial as usize];
+    finals.sort_unstable();
+    initial.sort_unstable();
     board.finals.extend_from_slice(finals);
-    board.finals.sort_unstable();
-    board.initial.extend_from_slice(&rest[..parameters.initial as usize]);
-    board.initial.sort_unstable();
+    board.initial.extend_from_slice(initial);
 }
 
 /// Draws all links, in the random order in which they are written.

@@ -80,14 +80,11 @@ impl BoardNetwork {
     /// Computes [`Self::readers`] from the premises, in the memory that the table has.
     pub fn index_readers(&mut self) {
         let premises = self.premises.view();
-        let pairs = (0..premises.row_count()).flat_map(|rule| {
-            let rule_number = crate::ids::RuleId::from_index(rule).0;
-            premises
-                .row(rule)
-                .iter()
-                .map(move |&packed| (Literal(packed).fact().0, rule_number << 1 | (packed & 1)))
+        let named = premises.items().iter().map(|&packed| Literal(packed).fact().0);
+        let pairs = premises.rows().zip(0_u32..).flat_map(|(row, rule)| {
+            row.iter().map(move |&packed| (Literal(packed).fact().0, rule << 1 | (packed & 1)))
         });
-        self.readers.refill(self.fact_count as usize, pairs);
+        self.readers.refill(self.fact_count as usize, named, pairs);
     }
 
     /// Removes everything and keeps the memory, for the next trial's network.

@@ -53,6 +53,28 @@ impl Csr {
         self.finish_row();
     }
 
+    /// Makes the table one of rows of `lengths`, whose entries are 0 until [`Self::items_mut`] sets
+    /// them; for tables that are drawn, where pushing costs more than the draws.
+    ///
+    /// # Panics
+    /// If the table would hold 2^32 entries or more.
+    pub fn set_rows(&mut self, lengths: impl Iterator<Item = u32>) {
+        self.starts.truncate(1);
+        let mut end = 0_u32;
+        self.starts.extend(lengths.map(|length| {
+            end = end.checked_add(length).expect("invariant: tables stay below 2^32 rows");
+            end
+        }));
+        self.items.clear();
+        self.items.resize(end as usize, 0);
+    }
+
+    /// All entries, row after row.
+    #[inline]
+    pub fn items_mut(&mut self) -> &mut [u32] {
+        &mut self.items
+    }
+
     /// Builds the table of `rows` rows from (row, item) pairs, keeping the order of the pairs within
     /// a row (a counting sort: linear in rows and pairs).
     ///
@@ -61,20 +83,26 @@ impl Csr {
     #[must_use]
     pub fn from_pairs(rows: usize, pairs: &[(u32, u32)]) -> Self {
         let mut table = Self::default();
-        table.refill(rows, pairs.iter().copied());
+        table.refill(rows, pairs.iter().map(|&(row, _)| row), pairs.iter().copied());
         table
     }
 
-    /// As [`Self::from_pairs`], in the memory that the table has. Goes over the pairs twice.
+    /// As [`Self::from_pairs`], in the memory that the table has. `named` are the rows of the pairs,
+    /// in any order: they can often be told faster than the pairs.
     ///
     /// # Panics
-    /// If a pair names a row that does not exist.
-    pub fn refill(&mut self, rows: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) {
+    /// If a pair names a row that does not exist, or a row that `named` does not.
+    pub fn refill(
+        &mut self,
+        rows: usize,
+        named: impl Iterator<Item = u32>,
+        pairs: impl Iterator<Item = (u32, u32)>,
+    ) {
         self.starts.clear();
         self.starts.resize(rows + 1, 0);
         let mut pair_count = 0;
         let counts = &mut self.starts[..rows];
-        pairs.clone().for_each(|(row, _)| {
+        named.for_each(|row| {
             counts[row as usize] += 1;
             pair_count += 1;
         });
@@ -142,6 +170,20 @@ impl<'a> CsrView<'a> {
         self.items.len()
     }
 
+    /// All entries, row after row.
+    #[inline]
+    #[must_use]
+    pub fn items(&self) -> &'a [u32] {
+        self.items
+    }
+
+    /// Every row in order.
+    #[inline]
+    pub fn rows(&self) -> impl Iterator<Item = &'a [u32]> + use<'a> {
+        let items = self.items;
+        self.starts.windows(2).map(move |ends| &items[ends[0] as usize..ends[1] as usize])
+    }
+
     /// Row `index`.
     ///
     /// # Panics
@@ -160,5 +202,32 @@ impl<'a> CsrView<'a> {
             && self.starts.windows(2).all(|pair| pair[0] <= pair[1])
             && self.starts.last().is_some_and(|&end| end as usize == self.items.len())
             && self.items.iter().all(|&item| item_is_valid(item))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Csr;
+
+    #[test]
+    fn pairs_keep_their_order_within_a_row() {
+        let table = Csr::from_pairs(4, &[(2, 7), (0, 1), (2, 5), (3, 9), (2, 7)]);
+        let rows: Vec<&[u32]> = table.view().rows().collect();
+        assert_eq!(rows, [&[1][..], &[], &[7, 5, 7], &[9]]);
+        assert_eq!(table.view().row(2), [7, 5, 7]);
+    }
+
+    #[test]
+    fn refilled_table_holds_nothing_of_what_it_held() {
+        let mut table = Csr::from_pairs(4, &[(2, 7), (0, 1), (2, 5)]);
+        table.set_rows([2, 0, 1].into_iter());
+        table.items_mut().copy_from_slice(&[4, 5, 6]);
+        assert_eq!(table.view().rows().collect::<Vec<_>>(), [&[4, 5][..], &[], &[6]]);
+        table.refill(2, [1].into_iter(), [(1, 3)].into_iter());
+        assert_eq!(table, Csr::from_pairs(2, &[(1, 3)]));
+        table.clear();
+        assert_eq!(table, Csr::default());
+        table.refill(0, std::iter::empty(), std::iter::empty());
+        assert_eq!(table, Csr::default());
     }
 }
