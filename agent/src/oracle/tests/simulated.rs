@@ -1,7 +1,7 @@
 //! Simulated trials on random fleets, under every strategy, held against the replay.
 
 use super::fleets::{Shape, any_shape, mission_spec, single_link_fleet, symmetric_fleet};
-use crate::oracle::{Discrepancy, Metric, Observed, Replay, compare};
+use crate::oracle::{Observed, Replay, compare};
 use crate::simulation::Simulation;
 use proptest::prelude::{ProptestConfig, prop_assert, prop_assert_eq, proptest};
 use shared_types::knowledge::FleetNetwork;
@@ -31,13 +31,7 @@ fn differences(network: &FleetNetwork, spec: &EpochSpec, strategy: StrategyKind)
         path_digest: played.path_digest,
         reports: &played.reports,
     };
-    // Crafts do not count hops of their conversation with the centre yet; everything else agrees.
-    let is_judged = |found: &&Discrepancy| !(strategy.has_centre() && found.metric == Metric::Hops);
-    compare(&replay, &expected, &observed)
-        .iter()
-        .filter(is_judged)
-        .map(ToString::to_string)
-        .collect()
+    compare(&replay, &expected, &observed).iter().map(ToString::to_string).collect()
 }
 
 fn spec(shape: Shape, options: u32) -> EpochSpec {
