@@ -118,11 +118,14 @@ impl Fleet {
                 .expect("drains");
             self.publish(receiver.index());
         }
+        for index in 0..self.crafts.len() {
+            self.crafts[index].settle(&mut self.out);
+            self.publish(index);
+        }
     }
 
     fn publish(&mut self, index: usize) {
         let craft = &mut self.crafts[index];
-        craft.settle(&mut self.out);
         let now = self.network.now();
         dispatch(&mut self.endpoints[index], now, &mut self.out, craft.counting_mut())
             .expect("sends");

@@ -21,8 +21,10 @@ struct Tally {
     next_turn: u32,
     open: u32,
     next: u32,
-    /// What the last report said of the open turn; `None` before the craft has fired in it.
+    /// What the last report said of the open turn; `None` before the first.
     reported: Option<u32>,
+    /// The report of the firing, while it is held back.
+    fired: Option<TurnReport>,
 }
 
 /// The state of an autonomous craft.
@@ -152,15 +154,18 @@ impl Autonomous {
             self.send_plans(&header, counting, out);
         }
         self.changes = changes;
-        self.tally.reported = Some(self.tally.open);
-        out.reports.push(TurnReport {
+        self.tally.reported = None;
+        self.tally.fired = Some(TurnReport {
             turn: turn.0,
             phase: TurnPhase::Fired as u32,
             firing: firing.0,
             owed: self.plans.owed,
-            held: self.tally.open,
+            held: 0,
             is_final: u32::from(is_final),
         });
+        if !self.strategy.expects_deliveries() {
+            self.report(out);
+        }
     }
 
     /// Holds a delta for the end of its turn and passes it on where the strategy says so.
@@ -208,11 +213,17 @@ impl Autonomous {
         Ok(())
     }
 
-    /// Reports further deliveries of the open turn, once the craft has fired in it.
-    pub(super) fn report_held(&mut self, out: &mut Outbox) {
+    /// Whether the report of the firing is held back.
+    pub(super) const fn holds_report(&self) -> bool {
+        self.tally.fired.is_some()
+    }
+
+    /// Reports the firing or, once that is done, further deliveries of the open turn.
+    pub(super) fn report(&mut self, out: &mut Outbox) {
         let tally = &mut self.tally;
-        if tally.reported.is_some_and(|reported| reported != tally.open) {
-            tally.reported = Some(tally.open);
+        if let Some(fired) = tally.fired.take() {
+            out.reports.push(TurnReport { held: tally.open, ..fired });
+        } else if tally.reported.is_some_and(|reported| reported != tally.open) {
             out.reports.push(TurnReport {
                 turn: tally.next_turn - 1,
                 phase: TurnPhase::Held as u32,
@@ -221,7 +232,10 @@ impl Autonomous {
                 held: tally.open,
                 is_final: 0,
             });
+        } else {
+            return;
         }
+        tally.reported = Some(tally.open);
     }
 
     fn spec(&self) -> &EpochSpec {

@@ -181,10 +181,17 @@ impl Craft {
         result
     }
 
-    /// Ends a step: reports what has arrived since the last report of the open turn.
+    /// Whether the report of a firing is held back for deliveries that are about to arrive: the
+    /// shell lets others run once, takes what has come, and settles.
+    #[must_use]
+    pub fn holds_report(&self) -> bool {
+        matches!(&self.role, Role::Autonomous(craft) if craft.holds_report())
+    }
+
+    /// Reports what is held back and what has arrived since the last report of the open turn.
     pub fn settle(&mut self, out: &mut Outbox) {
         if let Role::Autonomous(craft) = &mut self.role {
-            craft.report_held(out);
+            craft.report(out);
         }
     }
 

@@ -1,6 +1,6 @@
 //! A craft's process from its first act to its last.
 
-use super::session::{Session, SessionError, Surroundings};
+use super::session::{Rest, Session, SessionError, Surroundings};
 use super::startup::{self, AgentArguments, Ending, StartupError};
 use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
@@ -97,14 +97,18 @@ impl Surroundings<IceoryxEndpoint> for System<'_> {
         self.idle.reset();
     }
 
-    fn wait(&mut self, endpoint: &mut IceoryxEndpoint, takes_part: bool) -> Result<(), SendError> {
+    fn rest(&mut self, endpoint: &mut IceoryxEndpoint, rest: Rest) -> Result<(), SendError> {
         let others = [self.ending.as_fd()];
-        if takes_part {
-            self.idle.wait(endpoint, None, &others)?;
-        } else {
-            let is_unheard = self.wake == WakeMode::Poll;
-            let until = is_unheard.then(|| clock::now().plus(LOOK_UP_NS));
-            endpoint.wait(until, &others)?;
+        match rest {
+            Rest::Yield => rustix::thread::sched_yield(),
+            Rest::Wait { takes_part: true } => {
+                self.idle.wait(endpoint, None, &others)?;
+            }
+            Rest::Wait { takes_part: false } => {
+                let is_unheard = self.wake == WakeMode::Poll;
+                let until = is_unheard.then(|| clock::now().plus(LOOK_UP_NS));
+                endpoint.wait(until, &others)?;
+            }
         }
         Ok(())
     }

@@ -26,14 +26,25 @@ pub trait Surroundings<E> {
     fn resident_bytes(&self) -> u64;
     /// Whether the process was told to end, or the orchestrator is gone.
     fn must_end(&self) -> bool;
-    /// Something had arrived: the next wait is a short one.
+    /// Something had arrived: the next wait begins with short ones again.
     fn stay_awake(&mut self);
-    /// Nothing had arrived: waits until something may have. A process that has no part in the epoch
-    /// sleeps at once, whatever the wake mode.
+    /// Lets others run until something may have arrived.
     ///
     /// # Errors
     /// If the transport fails.
-    fn wait(&mut self, endpoint: &mut E, takes_part: bool) -> Result<(), SendError>;
+    fn rest(&mut self, endpoint: &mut E, rest: Rest) -> Result<(), SendError>;
+}
+
+/// How a process lets others run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rest {
+    /// Once, whatever the wake mode: there is more to do here.
+    Yield,
+    /// As the wake mode says; a process that has no part in the epoch sleeps at once.
+    Wait {
+        /// Whether it has a part in the epoch.
+        takes_part: bool,
+    },
 }
 
 /// Why a session ended before it was stopped.
@@ -192,6 +203,8 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
     /// One step: everything that has arrived, then everything that is to be sent.
     fn step(&mut self, fleet: &FleetView<'_>) -> Result<usize, SessionError> {
         let now = self.surroundings.now();
+        // A report that was held back has waited for one look at the inboxes: this one.
+        let held_before = self.craft.holds_report();
         let Self { endpoint, surroundings, craft, out, orders, epoch, cpu_start_ns, .. } = self;
         let arrived = endpoint.drain(&mut |_, header, payload| {
             match (header.class(), header.kind()) {
@@ -210,7 +223,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                 _ => orders.extend(order(header, payload)),
             }
         })?;
-        self.craft.settle(&mut self.out);
+        if held_before || !self.craft.holds_report() {
+            self.craft.settle(&mut self.out);
+        }
         self.publish()?;
         Ok(arrived)
     }
@@ -258,16 +273,17 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         Ok(())
     }
 
-    /// Rings for what was sent, retries what waits, and waits if nothing arrived.
+    /// Rings for what was sent, retries what waits, and lets others run: a step ends with empty
+    /// inboxes, so the next look pays only after that.
     fn rest(&mut self, arrived: usize) -> Result<(), SessionError> {
         self.endpoint.ring();
-        let waiting = self.endpoint.flush()?;
-        if arrived > 0 || waiting > 0 {
+        self.endpoint.flush()?;
+        if arrived > 0 {
             self.surroundings.stay_awake();
-        } else {
-            self.surroundings.wait(&mut self.endpoint, self.craft.takes_part())?;
         }
-        Ok(())
+        let takes_part = self.craft.takes_part();
+        let rest = if self.craft.holds_report() { Rest::Yield } else { Rest::Wait { takes_part } };
+        Ok(self.surroundings.rest(&mut self.endpoint, rest)?)
     }
 }
 

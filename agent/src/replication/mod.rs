@@ -158,6 +158,12 @@ pub trait Strategy: std::fmt::Debug + Send {
         let _ = (context, origin, source, changes, plans);
     }
 
+    /// Whether a craft may be owed deliveries, so that it pays to report a firing together with what
+    /// has arrived meanwhile.
+    fn expects_deliveries(&self) -> bool {
+        true
+    }
+
     /// Which ports the strategy needs on this craft.
     fn peers(&self, context: &Context<'_>) -> Peers;
 }

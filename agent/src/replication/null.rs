@@ -11,6 +11,10 @@ pub struct Null;
 impl Strategy for Null {
     fn plan(&mut self, _: &Context<'_>, _: &[Change], _: &mut Plans) {}
 
+    fn expects_deliveries(&self) -> bool {
+        false
+    }
+
     fn peers(&self, _: &Context<'_>) -> Peers {
         Peers::default()
     }

@@ -131,6 +131,7 @@ impl Simulation {
         loop {
             finished += self.command(&command, processes, fleet, &mut referee, &mut draws)?;
             finished += self.deliver(fleet, &mut referee)?;
+            self.settle(processes, &mut referee)?;
             match referee.advance() {
                 Some(next) => command = next,
                 None if referee.outcome().is_some() && finished == processes => break,
@@ -198,10 +199,20 @@ impl Simulation {
         Ok(finished)
     }
 
+    /// Puts what the processes hold back into the ledger: nothing is under way any more.
+    fn settle(&mut self, processes: usize, referee: &mut Referee) -> Result<(), LedgerError> {
+        for (index, craft) in self.crafts.iter_mut().take(processes).enumerate() {
+            craft.settle(&mut self.out);
+            for report in self.out.reports.drain(..) {
+                referee.record(CraftId::from_index(index), &report)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Publishes what the step of process `index` planned and puts its reports into the ledger.
     fn publish(&mut self, index: usize, referee: &mut Referee) -> Result<usize, SimulationError> {
         let craft = &mut self.crafts[index];
-        craft.settle(&mut self.out);
         let now = self.network.now();
         dispatch(&mut self.endpoints[index], now, &mut self.out, craft.counting_mut())?;
         for report in self.out.reports.drain(..) {

@@ -15,7 +15,7 @@ use crate::supervision::watch::Watch;
 use agent::process::startup::AgentArguments;
 use shared_types::ids::{CraftId, Incarnation};
 use shared_types::time::Nanos;
-use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost, IdleWait};
+use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost, IdleWait, Wake};
 use shared_types::transport::{Destination, Endpoint, Peers, WakeMode, clock};
 use shared_types::wire::{Class, EpochSpec, HEADER_BYTES, Header, Kind, Traffic};
 use std::os::fd::AsFd;
@@ -222,25 +222,28 @@ impl<'a> RealFleet<'a> {
         Ok(())
     }
 
-    /// Hands over what has arrived or, if nothing has, waits and looks around.
+    /// Lets others run, then hands over what has arrived.
     pub(super) fn pump(&mut self, visit: &mut Visit<'_>) -> Result<(), PlayError> {
+        self.rest()?;
         let arrived = self.endpoint.drain(&mut |_, header, payload| {
             if let Some(kind) = header.kind() {
                 visit(CraftId(header.source), kind, header, payload);
             }
         })?;
-        let waiting = self.endpoint.flush()?;
-        if arrived > 0 || waiting > 0 {
+        if arrived > 0 {
             self.idle.reset();
-            return Ok(());
         }
-        // A sleeping orchestrator is woken by its bell, by a process that ends, and by a signal.
+        Ok(())
+    }
+
+    /// Waits as the wake mode says. A sleeping orchestrator is woken by its bell, by a process that
+    /// ends, and by a signal; one that only yields looks at these from time to time.
+    fn rest(&mut self) -> Result<(), PlayError> {
+        self.endpoint.flush()?;
         let others = [self.watch.as_fd(), self.signals.as_fd()];
-        let waited_from = self.waits;
-        self.waits = self.waits.wrapping_add(1);
         let wake = self.idle.wait(&mut self.endpoint, self.options.run_ends, &others)?;
-        let is_due = waited_from.is_multiple_of(WAITS_BETWEEN_LOOKS);
-        if is_due || wake != shared_types::transport::iceoryx::Wake::Bell {
+        self.waits = self.waits.wrapping_add(1);
+        if self.waits.is_multiple_of(WAITS_BETWEEN_LOOKS) || wake != Wake::Bell {
             self.look_around()?;
         }
         Ok(())

@@ -6,9 +6,7 @@ use super::epoch::{self, Prepared, Rules};
 use super::plan::{FleetPlan, TimingPlan};
 use super::{Ended, Runner};
 use crate::results::record::{Cell, Counts, Overhead, TimingRecord, TrialRecord};
-use crate::results::statistics::{
-    Distribution, TIME_NS_MAX, second_half_ratio, time_histogram,
-};
+use crate::results::statistics::{Distribution, TIME_NS_MAX, second_half_ratio, time_histogram};
 use crate::results::store::StoreError;
 use hdrhistogram::Histogram;
 use shared_types::transport::clock;
