@@ -202,7 +202,6 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
 
     /// One step: everything that has arrived, then everything that is to be sent.
     fn step(&mut self, fleet: &FleetView<'_>) -> Result<usize, SessionError> {
-        let now = self.surroundings.now();
         // A report that was held back has waited for one look at the inboxes: this one.
         let held_before = self.craft.holds_report();
         let Self { endpoint, surroundings, craft, out, orders, epoch, cpu_start_ns, .. } = self;
@@ -217,7 +216,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                         if command.closed().is_none() {
                             *cpu_start_ns = surroundings.cpu_ns();
                         }
-                        craft.command(now, &command, fleet, out);
+                        craft.command(surroundings.now(), &command, fleet, out);
                     }
                 }
                 _ => orders.extend(order(header, payload)),
@@ -232,8 +231,10 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
 
     /// Sends the planned samples, then the ledger's lines, then (at the end) the trial report.
     fn publish(&mut self) -> Result<(), SessionError> {
-        let now = self.surroundings.now();
-        dispatch(&mut self.endpoint, now, &mut self.out, self.craft.counting_mut())?;
+        if !self.out.samples.is_empty() {
+            let now = self.surroundings.now();
+            dispatch(&mut self.endpoint, now, &mut self.out, self.craft.counting_mut())?;
+        }
         for index in 0..self.out.reports.len() {
             let report = self.out.reports[index];
             self.tell(Kind::TurnReport, report.as_bytes())?;
