@@ -88,8 +88,9 @@ impl<'a> Runner<'a> {
         launcher: &Launcher,
         signals: &mut Signals,
     ) -> Result<Outcome, StoreError> {
-        for (block, fleet) in (0..).zip(&self.plan.fleets) {
+        for (index, fleet) in self.plan.fleets.iter().enumerate() {
             self.epoch = 0;
+            let block = self.plan.block_of(index);
             let ended = if self.plan.is_simulated {
                 self.simulate(block, fleet, signals)?
             } else {

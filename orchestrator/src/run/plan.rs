@@ -81,6 +81,16 @@ impl RunPlan {
         self.fleets.iter().map(|fleet| fleet.strategies.len() as u64 * each).sum()
     }
 
+    /// Which launch of its size the fleet `index` is, from 0: blocks of one size are compared with
+    /// each other, fleets of other sizes are not blocks of it.
+    #[must_use]
+    pub fn block_of(&self, index: usize) -> u32 {
+        let size = self.fleets[index].scenario.craft_count();
+        let earlier = &self.fleets[..index];
+        let same = earlier.iter().filter(|fleet| fleet.scenario.craft_count() == size).count();
+        u32::try_from(same).unwrap_or(u32::MAX)
+    }
+
     /// How the fleet of `plan` is started.
     #[must_use]
     pub fn fleet_options(&self, plan: &FleetPlan, run_ends: Option<Nanos>) -> FleetOptions {

@@ -5,7 +5,7 @@ use crate::scenario::{
     load_text,
 };
 use agent::lockstep::Outcome;
-use agent::oracle::{Metric, Observed, Replay, compare};
+use agent::oracle::{Observed, Replay, compare};
 use agent::simulation::Simulation;
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::FleetNetwork;
@@ -112,11 +112,8 @@ fn every_preset_plays_as_replayed_under_all_its_strategies() {
                 reports: &played.reports,
             };
             let expected = replay.expected(&fleet, &spec, strategy);
-            let differences: Vec<String> = compare(&replay, &expected, &observed)
-                .iter()
-                .filter(|found| !(strategy.has_centre() && found.metric == Metric::Hops))
-                .map(ToString::to_string)
-                .collect();
+            let differences: Vec<String> =
+                compare(&replay, &expected, &observed).iter().map(ToString::to_string).collect();
             assert!(differences.is_empty(), "{}: {differences:#?}", known.name);
         }
     }
