@@ -114,15 +114,14 @@ impl Simulation {
         let processes = fleet.boards.len() + usize::from(spec.strategy.has_centre());
         self.network.reseed(spec.seed, spec.trial);
         let started = self.network.now();
-        for (craft, endpoint) in self.crafts.iter_mut().zip(&mut self.endpoints).take(processes) {
+        let pairs = self.crafts.iter_mut().zip(&mut self.endpoints).take(processes);
+        for (id, (craft, endpoint)) in (0..).map(CraftId).zip(pairs) {
             craft.begin_epoch(spec, fleet);
+            if let Some(strategy) = mutant(id) {
+                craft.plant(strategy);
+            }
             endpoint.open_ports(&craft.peers(fleet))?;
             endpoint.take_losses();
-        }
-        for index in 0..fleet.boards.len() {
-            if let Some(strategy) = mutant(CraftId::from_index(index)) {
-                self.crafts[index].plant(strategy);
-            }
         }
         let mut referee = Referee::new(spec, fleet.craft_count());
         let mut draws = Stream::new(spec.seed, spec.trial, Purpose::Delivery, 0);

@@ -1,6 +1,6 @@
 //! `doctor`: says whether this machine can run fleets, line by line, with a remedy where it cannot.
 //!
-//! [`Facts::gather`] asks the machine, [`examine`] judges, [`write`] prints: the judgement depends on
+//! [`Facts::gather`] asks the machine, [`examine`] judges, [`write()`] prints: the judgement depends on
 //! nothing but the facts, so that machines which nobody has at hand can be judged in tests. Not here:
 //! whether a particular run fits, which the run itself refuses (`launch::resources`).
 
