@@ -62,6 +62,19 @@ impl Rules {
     }
 }
 
+impl Prepared {
+    /// `spec` as it is played. Nothing is delivered under `null`, so that no delivery can end a trial
+    /// there: it replays the turns of the trial, however that came to its end.
+    fn playable(&self, spec: &EpochSpec) -> EpochSpec {
+        let mut spec = spec.clone();
+        if spec.strategy == StrategyKind::Null {
+            spec.turns_max = self.replay.turns;
+            spec.ignores_finals = true;
+        }
+        spec
+    }
+}
+
 impl Runner<'_> {
     /// Plays one epoch and judges it. The inner error says that the fleet's part of the run is over.
     pub(super) fn play_epoch(
@@ -76,7 +89,7 @@ impl Runner<'_> {
         let phase = format!("{size} crafts, {strategy}, trial {}", spec.trial);
         self.progress.at(self.done, self.plan.epochs(), &phase);
         let was_ready = backend.ready_ns().is_some();
-        let result = backend.play(spec, &prepared.network);
+        let result = backend.play(&prepared.playable(spec), &prepared.network);
         self.epoch += 1;
         if let (false, Some(ready_ns)) = (was_ready, backend.ready_ns()) {
             self.store.event(Event::FleetReady { block, size, ready_ns })?;

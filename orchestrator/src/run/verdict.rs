@@ -15,7 +15,7 @@ use agent::oracle::{Discrepancy, Expected, ExpectedCounts, Observed, Replay, com
 use rustix::process::Signal;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{FleetView, Value};
-use shared_types::wire::{Class, EpochSpec, Losses, TrialReport};
+use shared_types::wire::{Class, EpochSpec, Losses, StrategyKind, TrialReport};
 use xxhash_rust::xxh3::Xxh3;
 
 /// What a trial is judged by.
@@ -59,7 +59,10 @@ pub fn losses(reports: &[TrialReport]) -> Losses {
 #[must_use]
 pub fn record(demands: &Demands<'_>, cell: Cell, spec: &EpochSpec, played: &Played) -> TrialRecord {
     let losses = losses(&played.reports);
-    let end = match played.outcome {
+    // Under `null` the replay says how the trial ended: no delivery can.
+    let is_replayed = spec.strategy == StrategyKind::Null;
+    let outcome = if is_replayed { demands.replay.outcome } else { played.outcome };
+    let end = match outcome {
         _ if losses.is_partial() => TrialEnd::Partial,
         Outcome::Finished => TrialEnd::Finished,
         Outcome::Dropped => TrialEnd::Dropped,
@@ -73,7 +76,7 @@ pub fn record(demands: &Demands<'_>, cell: Cell, spec: &EpochSpec, played: &Play
         firings: 0,
         boundary_firings: 0,
         idle_turns: 0,
-        final_fact: (played.outcome == Outcome::Finished).then(|| final_fact(demands)).flatten(),
+        final_fact: (outcome == Outcome::Finished).then(|| final_fact(demands)).flatten(),
         expected: Counts::default(),
         measured: Counts::default(),
         expected_hops: 0,

@@ -1,10 +1,8 @@
 //! How crafts and fleets end, asked to and not.
 
 use crate::roles::{HANGING_CRAFT, REFUSED};
-use crate::runs::temporary_base;
-use crate::support::{
-    all_ends, arguments, is_gone, launcher, line_of, next_end, until, watch_role, watch_roles,
-};
+use crate::shared::{is_gone, temporary_base, until};
+use crate::support::{all_ends, arguments, launcher, line_of, next_end, watch_role, watch_roles};
 use orchestrator::launch::craft_process::HowEnded;
 use orchestrator::launch::run_root::RunRoot;
 use orchestrator::outcome::Outcome;

@@ -9,6 +9,8 @@
 mod endings;
 mod roles;
 mod runs;
+#[path = "../support/mod.rs"]
+mod shared;
 mod support;
 mod watching;
 
@@ -67,7 +69,7 @@ fn run(is_selected: impl Fn(&str) -> bool) -> ExitCode {
     if selected.is_empty() {
         return ExitCode::SUCCESS;
     }
-    let _alone = support::machine_wide_lock();
+    let _alone = shared::machine_wide_lock();
     let mut failed = Vec::new();
     for (name, test) in &selected {
         let passed = catch_unwind(AssertUnwindSafe(test)).is_ok();

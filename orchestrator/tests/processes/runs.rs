@@ -1,7 +1,8 @@
 //! Runs beside each other, dead runs and what cleaning does to them.
 
 use crate::roles::{HANGING_CRAFT, say};
-use crate::support::{arguments, is_gone, launcher, line_of, next_end};
+use crate::shared::{is_gone, temporary_base};
+use crate::support::{arguments, launcher, line_of, next_end};
 use orchestrator::launch::run_root::{RunRoot, RunRootError, clean_dead_runs};
 use orchestrator::supervision::watch::Watch;
 use rustix::process::{Pid, Signal, kill_process};
@@ -9,11 +10,6 @@ use shared_types::ids::CraftId;
 use shared_types::transport::RunPaths;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
-
-/// A base of its own on tmpfs, removed with everything in it.
-pub(crate) fn temporary_base() -> tempfile::TempDir {
-    tempfile::Builder::new().prefix("ss").rand_bytes(4).tempdir_in("/dev/shm").expect("tmpfs")
-}
 
 /// What the role `orchestrator` does: a run below the directory of `ready` with two crafts.
 pub(crate) fn play_orchestrator(ready: &Path) {

@@ -1,37 +1,13 @@
-//! What the tests share: the machine-wide lock, waiting with a bound, a run of their own.
+//! What the tests of launching and supervision share: roles under watch, a run of their own.
 
+use crate::shared::until;
 use agent::process::startup::AgentArguments;
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
 use orchestrator::supervision::watch::{CraftEnded, Watch};
-use rustix::event::{Timespec, poll};
 use shared_types::ids::{CraftId, Incarnation};
-use shared_types::transport::{RunPaths, WakeMode, clock};
+use shared_types::transport::{RunPaths, WakeMode};
 use std::ffi::OsString;
-use std::fs::File;
 use std::path::Path;
-
-/// How long a test waits for something that must happen, before it fails instead of hanging, ns.
-pub(crate) const PATIENCE_NS: u64 = 20_000_000_000;
-
-/// Held while real processes are tested: two fleets on one small machine slow each other down.
-pub(crate) fn machine_wide_lock() -> File {
-    let path = std::env::temp_dir().join("slateswarm-real-processes.lock");
-    let file = File::options().create(true).append(true).open(path).expect("temporary directory");
-    file.lock().expect("lock");
-    file
-}
-
-/// Looks every millisecond whether `happened` says something; fails after [`PATIENCE_NS`].
-pub(crate) fn until<T>(what: &str, mut happened: impl FnMut() -> Option<T>) -> T {
-    let deadline = clock::now().plus(PATIENCE_NS);
-    loop {
-        if let Some(result) = happened() {
-            return result;
-        }
-        assert!(clock::now() < deadline, "waited in vain: {what}");
-        poll(&mut [], Some(&Timespec { tv_sec: 0, tv_nsec: 1_000_000 })).expect("sleep");
-    }
-}
 
 /// Waits until everybody in `watch` has ended; says how, in order of the crafts.
 pub(crate) fn all_ends(watch: &mut Watch) -> Vec<CraftEnded> {
@@ -98,10 +74,4 @@ pub(crate) fn line_of(path: &Path) -> String {
     })
     .trim()
     .to_owned()
-}
-
-/// Whether process `pid` runs no longer; one that nobody has reaped yet does not.
-pub(crate) fn is_gone(pid: u32) -> bool {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    stat.rsplit_once(')').is_none_or(|(_, rest)| rest.trim_start().starts_with(['Z', 'X']))
 }

@@ -1,6 +1,7 @@
 //! A process as the supervisor sees it.
 
-use crate::support::{is_gone, next_end, until, watch_role, watch_roles};
+use crate::shared::{is_gone, until};
+use crate::support::{next_end, watch_role, watch_roles};
 use orchestrator::launch::craft_process::{HowEnded, SAID_BYTES_MAX};
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
 use rustix::process::Signal;
