@@ -2,6 +2,7 @@
 //! `commands`. The verb `agent` is not here: a craft's process is started by the orchestrator and
 //! reads its own arguments.
 
+use crate::scenario::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use shared_types::transport::WakeMode;
 use shared_types::wire::StrategyKind;
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 
 /// Measures what replication strategies cost, with one real process per craft.
 #[derive(Debug, Parser)]
-#[command(name = "slateswarm", version, about, max_term_width = 100, propagate_version = true)]
+#[command(name = "slateswarm", version, about, max_term_width = 80, propagate_version = true)]
 #[command(after_help = "Start with `slateswarm compare`, then `slateswarm list` and \
                         `slateswarm show two-craft`.\n\
                         Exit codes: 0 ok, 1 an identity is broken, 2 usage or scenario error, \
@@ -75,6 +76,7 @@ pub enum Command {
 pub struct CommonArguments {
     /// Strategies, separated by commas; default those of the scenario.
     #[arg(long, alias = "strategy", value_delimiter = ',', value_name = "NAMES")]
+    #[arg(value_parser = strategy)]
     pub strategies: Vec<StrategyKind>,
     /// Trials for each strategy, all strategies on the same seeds.
     #[arg(long, value_name = "N")]
@@ -192,6 +194,19 @@ impl Wake {
     }
 }
 
+/// Reads a strategy's name; whoever mistypes one is told what was meant, in lines that fit a narrow
+/// terminal.
+fn strategy(name: &str) -> Result<StrategyKind, String> {
+    name.parse().map_err(|_| {
+        let known = StrategyKind::ALL.map(StrategyKind::name);
+        let remedy = nearest(name, known).map_or_else(
+            || format!("known: {}", known.join(", ").replace("central, ", "central,\n  ")),
+            |near| format!("did you mean `{near}`?"),
+        );
+        format!("no such strategy\n  {remedy}")
+    })
+}
+
 impl From<Wake> for WakeMode {
     fn from(wake: Wake) -> Self {
         match wake {
@@ -204,11 +219,24 @@ impl From<Wake> for WakeMode {
 
 #[cfg(test)]
 mod tests {
-    use super::Cli;
+    use super::{Cli, strategy};
     use clap::CommandFactory;
+    use shared_types::wire::StrategyKind;
 
     #[test]
     fn command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn mistyped_strategies_are_answered_with_the_nearest_or_with_all() {
+        assert_eq!(strategy("boundary"), Ok(StrategyKind::Boundary));
+        let near = strategy("boundry").unwrap_err();
+        assert!(near.ends_with("did you mean `boundary`?"), "{near}");
+        let far = strategy("xyz").unwrap_err();
+        for kind in StrategyKind::ALL {
+            assert!(far.contains(kind.name()), "{far}");
+        }
+        assert!(far.lines().all(|line| line.chars().count() <= 80), "{far}");
     }
 }

@@ -70,7 +70,7 @@ pub(super) fn execute(
     let mut store = Store::create(Place::Below(&common.out), &provenance, &first.to_toml())
         .map_err(|error| refused(&error))?;
     let mut progress = Line::new(setting.is_quiet);
-    for notice in first.notices() {
+    for notice in first.notices().iter().filter(|_| !setting.is_quiet) {
         progress.say(notice);
     }
     let launcher = Launcher::of_this_executable(CraftErrors::Kept);

@@ -3,6 +3,7 @@
 use super::{Refusal, Setting, load_scenario, print_bytes};
 use crate::cli::{CommonArguments, Format, ScenarioArguments};
 use crate::outcome::Outcome;
+use crate::report::table::wrap;
 use crate::scenario::{self, PRESETS, ResolvedScenario, find_preset};
 use std::fmt::Write as _;
 
@@ -60,16 +61,19 @@ pub fn validate(arguments: &ScenarioArguments, setting: Setting) -> Result<Outco
         resolved.strategies().iter().map(|strategy| strategy.name()).collect();
     let text = match setting.format {
         Format::Table => {
-            let mut text = format!(
-                "{}: {} crafts, {} trials of at most {} turns under {}\n",
-                scenario.name,
-                resolved.craft_count(),
-                scenario.run.trials,
-                scenario.run.turns,
-                strategies.join(", ")
+            let mut text = wrap(
+                "",
+                &format!(
+                    "{}: {} crafts, {} trials of at most {} turns under {}",
+                    scenario.name,
+                    resolved.craft_count(),
+                    scenario.run.trials,
+                    scenario.run.turns,
+                    strategies.join(", ")
+                ),
             );
             for notice in resolved.notices() {
-                let _infallible = writeln!(text, "note: {notice}");
+                text += &wrap("note: ", notice);
             }
             text
         }

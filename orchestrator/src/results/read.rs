@@ -20,7 +20,10 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// Not there, or not readable.
-    #[error("`{}` cannot be read: {source}", path.display())]
+    #[error(
+        "`{}` cannot be read: {source}; name a directory such as `runs/latest`",
+        path.display()
+    )]
     Unreadable {
         /// The directory.
         path: PathBuf,

@@ -29,6 +29,7 @@ pub use error::{Position, ScenarioError};
 pub use fleet::Craft;
 pub use load::{Base, Override, environment, load, load_text};
 pub use names::NameTable;
+pub(crate) use nearest::nearest;
 pub use positions::LinkTable;
 pub use preset::{PRESETS, Preset, find as find_preset};
 pub use resolve::ResolvedScenario;

@@ -4,7 +4,7 @@
 ///
 /// Near enough is one edit (a swap of neighbours counts as one) per three letters, at least one, case
 /// and separators not counted; or a beginning of at least three letters.
-pub(super) fn nearest<'c>(
+pub(crate) fn nearest<'c>(
     name: &str,
     candidates: impl IntoIterator<Item = &'c str>,
 ) -> Option<&'c str> {

@@ -13,3 +13,5 @@ mod fleet;
 mod invocation;
 #[path = "../support/mod.rs"]
 mod shared;
+mod terminal;
+mod usage;
