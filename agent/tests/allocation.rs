@@ -1,5 +1,6 @@
-//! In the steady state no delta costs a heap allocation: neither in the core, under any strategy, nor
-//! in the shared-memory transport.
+//! In the steady state no delta costs a heap allocation of ours: not in the core, under any strategy,
+//! and not in the shared-memory transport, where iceoryx2 itself makes one per loan (the reference
+//! count that its publisher and sample share).
 #![expect(unsafe_code, reason = "a counting allocator must implement GlobalAlloc")]
 
 use agent::craft::dispatch::dispatch;
@@ -177,5 +178,72 @@ fn core_allocates_nothing_per_delta_in_the_steady_state() {
         assert!(deliveries >= 400 || strategy == StrategyKind::Null, "{strategy}: {deliveries}");
         assert_eq!(allocations, 0, "{strategy}: {deliveries} deliveries");
         assert!(fleet.reports >= 600 * u64::from(CRAFTS), "{strategy}");
+    }
+}
+
+#[cfg(feature = "shell")]
+mod real {
+    use super::allocations_during;
+    use shared_types::ids::{CraftId, Incarnation};
+    use shared_types::transport::iceoryx::{
+        EndpointOptions, HostOptions, IceoryxEndpoint, IceoryxHost,
+    };
+    use shared_types::transport::reclaim::remove_run;
+    use shared_types::transport::{Destination, Endpoint, Peers, RunPaths, WakeMode};
+    use shared_types::wire::{Class, Header, Kind};
+
+    const SAMPLES: u64 = 1000;
+
+    /// A run whose files go whatever happens.
+    struct Run(RunPaths);
+
+    impl Drop for Run {
+        fn drop(&mut self) {
+            let removed = remove_run(&self.0);
+            assert!(removed.is_ok() || std::thread::panicking(), "{removed:?}");
+        }
+    }
+
+    #[test]
+    fn shared_memory_costs_the_allocation_of_iceoryx2_to_send_and_none_to_receive() {
+        let base = format!("/dev/shm/ssa{:x}", std::process::id());
+        let run = Run(RunPaths::below(base, u64::from(std::process::id())));
+        let host = IceoryxHost::create(&run.0, HostOptions::new(2)).expect("services");
+        let mut endpoints = [0, 1].map(|craft| {
+            let options = EndpointOptions::new(2, WakeMode::Poll);
+            IceoryxEndpoint::open(&run.0, CraftId(craft), Incarnation(0), options).expect("opens")
+        });
+        for (endpoint, peer) in endpoints.iter_mut().zip([1, 0]) {
+            let peers = Peers {
+                unicast: vec![CraftId(peer)],
+                sends_multicast: true,
+                receives_multicast: true,
+            };
+            endpoint.open_ports(&peers).expect("ports");
+        }
+        let [sender, receiver] = &mut endpoints;
+        for to in [Destination::Craft(CraftId(1)), Destination::Multicast] {
+            let mut exchange = |samples: u64| {
+                let (mut sending, mut receiving, mut arrived) = (0, 0, 0);
+                for _ in 0..samples {
+                    let header = Header::new(Class::Replication, Kind::Delta);
+                    sending += allocations_during(|| {
+                        sender.send(to, header, 32, &mut |slot| slot.fill(7)).expect("sends");
+                    });
+                    receiving += allocations_during(|| {
+                        arrived += receiver.drain(&mut |_, _, _| ()).expect("drains");
+                        sender.drain(&mut |_, _, _| ()).expect("drains");
+                    });
+                }
+                (sending, receiving, arrived as u64)
+            };
+            exchange(200);
+            let (sending, receiving, arrived) = exchange(SAMPLES);
+            assert_eq!(arrived, SAMPLES, "{to:?}");
+            assert_eq!(receiving, 0, "{to:?}");
+            assert_eq!(sending, SAMPLES, "{to:?}: one each, made by iceoryx2");
+        }
+        drop(endpoints);
+        drop(host);
     }
 }
