@@ -5,6 +5,7 @@
 //! trial goes (`play`), what is played, and what follows from a loss (the run's loop).
 
 use super::backend::PlayError;
+use super::patience::Patience;
 use crate::launch::craft_process::CraftProcess;
 use crate::launch::os_process::Launcher;
 use crate::launch::placement::Placement;
@@ -65,6 +66,7 @@ pub(super) struct RealFleet<'a> {
     signals: &'a mut Signals,
     idle: IdleWait,
     waits: u32,
+    patience: Patience,
     pub(super) options: FleetOptions,
     /// Epoch whose networks the crafts hold.
     pub(super) network: Option<u32>,
@@ -119,6 +121,7 @@ impl<'a> RealFleet<'a> {
             signals,
             idle: IdleWait::new(options.wake),
             waits: 0,
+            patience: Patience::new(ANSWER_LIMIT_NS, spawned),
             network: None,
             control: Traffic::default(),
             spawned,
@@ -199,7 +202,7 @@ impl<'a> RealFleet<'a> {
         epoch: Option<u32>,
         expected: u32,
     ) -> Result<(), PlayError> {
-        let deadline = clock::now().plus(ANSWER_LIMIT_NS);
+        self.be_patient(ANSWER_LIMIT_NS, clock::now());
         let mut has_answered = vec![false; expected as usize];
         let mut missing = expected;
         while missing > 0 {
@@ -210,7 +213,7 @@ impl<'a> RealFleet<'a> {
                     missing -= u32::from(!std::mem::replace(answered, true));
                 }
             })?;
-            if clock::now() > deadline {
+            if self.is_overdue() {
                 let silent: Vec<String> = (0..expected)
                     .filter(|&craft| !has_answered[craft as usize])
                     .map(|craft| craft.to_string())
@@ -220,6 +223,17 @@ impl<'a> RealFleet<'a> {
             }
         }
         Ok(())
+    }
+
+    /// From `now` on an answer may take `limit_ns`.
+    pub(super) fn be_patient(&mut self, limit_ns: u64, now: Nanos) {
+        self.patience = Patience::new(limit_ns, now);
+    }
+
+    /// Whether the answer has taken too long. While a process is stopped nobody can expect one.
+    pub(super) fn is_overdue(&mut self) -> bool {
+        let Self { patience, watch, .. } = self;
+        patience.is_over(clock::now(), || watch.living().any(CraftProcess::is_stopped))
     }
 
     /// Lets others run, then hands over what has arrived.
@@ -241,7 +255,9 @@ impl<'a> RealFleet<'a> {
     fn rest(&mut self) -> Result<(), PlayError> {
         self.endpoint.flush()?;
         let others = [self.watch.as_fd(), self.signals.as_fd()];
-        let wake = self.idle.wait(&mut self.endpoint, self.options.run_ends, &others)?;
+        let look = self.patience.next_look();
+        let until = self.options.run_ends.map_or(look, |ends| ends.min(look));
+        let wake = self.idle.wait(&mut self.endpoint, Some(until), &others)?;
         self.waits = self.waits.wrapping_add(1);
         if self.waits.is_multiple_of(WAITS_BETWEEN_LOOKS) || wake != Wake::Bell {
             self.look_around()?;

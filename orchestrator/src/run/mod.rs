@@ -10,6 +10,7 @@ pub mod backend;
 pub mod demand;
 mod epoch;
 mod fleet;
+mod patience;
 pub mod plan;
 mod play;
 mod timing;

@@ -105,6 +105,7 @@ impl Trial {
         fleet.tell(&self.spec, Kind::TurnCommand, command.as_bytes())?;
         let limit_ns =
             if command.is_last == 0 { fleet.options.turn_limit_ns } else { ANSWER_LIMIT_NS };
+        fleet.be_patient(limit_ns, opened);
         loop {
             fleet.pump(&mut |source, kind, header, payload| {
                 if header.epoch == self.spec.epoch {
@@ -118,7 +119,7 @@ impl Trial {
             if next.is_some() || (self.referee.outcome().is_some() && self.missing == 0) {
                 return Ok(next);
             }
-            if self.fault.is_some() || clock::now().since(opened) > limit_ns {
+            if self.fault.is_some() || fleet.is_overdue() {
                 return Err(self.give_up(fleet));
             }
         }
@@ -150,9 +151,9 @@ impl Trial {
     /// Asks everybody for the report of an unbalanced trial, so that it can be said where it broke.
     fn give_up(&mut self, fleet: &mut RealFleet<'_>) -> PlayError {
         let standing = self.fault.take().unwrap_or_else(|| self.referee.standing());
-        let deadline = clock::now().plus(GIVEN_UP_LIMIT_NS);
         let told = fleet.tell(&self.spec, Kind::EpochEnd, &[]);
-        while told.is_ok() && self.missing > 0 && clock::now() < deadline {
+        fleet.be_patient(GIVEN_UP_LIMIT_NS, clock::now());
+        while told.is_ok() && self.missing > 0 && !fleet.is_overdue() {
             let pumped = fleet.pump(&mut |source, kind, header, payload| {
                 if header.epoch == self.spec.epoch && kind == Kind::TrialReport {
                     self.take(source, kind, payload);

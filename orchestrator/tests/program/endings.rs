@@ -4,7 +4,7 @@ use crate::invocation::{CraftSeen, Finished, Invocation, Place, RunsSeen};
 use crate::shared::{is_gone, until};
 use orchestrator::results::event::Event;
 use rustix::process::Signal;
-use shared_types::transport::RunPaths;
+use shared_types::transport::{RunPaths, clock};
 
 /// A run that is under way: some epochs are done and many are to come.
 struct UnderWay {
@@ -185,4 +185,28 @@ fn stopped_craft_of_a_killed_orchestrator_is_cleaned_away() {
 fn is_stopped(pid: u32) -> bool {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     stat.rsplit_once(')').is_some_and(|(_, rest)| rest.trim_start().starts_with('T'))
+}
+
+#[test]
+fn stopped_craft_is_paused_and_plays_on() {
+    // Long turns, so that the stop falls into one.
+    let words = ["compare", "--sizes", "5", "--no-timing", "--trials", "1000000", "--strategies"];
+    let words = [&words[..], &["central,pipelined", "--set", "run.turn-limit-ms=400"]].concat();
+    for wake in ["poll", "block"] {
+        pause_and_continue(UnderWay::of(&[&words[..], &["--wake", wake]].concat()));
+    }
+}
+
+fn pause_and_continue(run: UnderWay) {
+    let craft = &run.crafts[1];
+    craft.signal(Signal::STOP);
+    until("the stop", || is_stopped(craft.pid).then_some(()));
+    // Many times the limit of a turn.
+    let pause_ends = clock::now().plus(1_500_000_000);
+    until("the pause", || (clock::now() >= pause_ends).then_some(()));
+    let done = run.place.results().unwrap().events.len();
+    craft.signal(Signal::CONT);
+    run.place.await_epochs(done + 5);
+    run.invocation.signal(Signal::INT);
+    run.ends(130);
 }
