@@ -206,6 +206,11 @@ impl Invocation {
         kill_process_group(group, signal).unwrap();
     }
 
+    /// What it has said on standard error so far.
+    pub(crate) fn said(&self) -> String {
+        std::fs::read_to_string(&self.stderr).unwrap()
+    }
+
     /// Whether it has ended.
     pub(crate) fn has_ended(&mut self) -> bool {
         self.child.try_wait().unwrap().is_some()

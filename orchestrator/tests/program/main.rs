@@ -11,6 +11,7 @@
 mod endings;
 mod fleet;
 mod invocation;
+mod kills;
 #[path = "../support/mod.rs"]
 mod shared;
 mod terminal;
