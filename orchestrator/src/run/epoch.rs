@@ -2,6 +2,7 @@
 
 use super::backend::{Backend, PlayError};
 use super::plan::FleetPlan;
+use super::timing::FIRST_TIMING_TRIAL;
 use super::verdict::{self, Demands};
 use super::{Ended, Runner};
 use crate::outcome::Outcome;
@@ -86,7 +87,12 @@ impl Runner<'_> {
         prepared: &Prepared,
     ) -> Result<Result<TrialRecord, Ended>, StoreError> {
         let Cell { block, size, strategy } = cell;
-        let phase = format!("{size} crafts, {strategy}, trial {}", spec.trial);
+        let part = if spec.ignores_finals && spec.trial >= FIRST_TIMING_TRIAL {
+            "turn times".to_owned()
+        } else {
+            format!("trial {}", spec.trial)
+        };
+        let phase = format!("{size} crafts, {strategy}, {part}");
         self.progress.at(self.done, self.plan.epochs(), &phase);
         let was_ready = backend.ready_ns().is_some();
         let result = backend.play(&prepared.playable(spec), &prepared.network);

@@ -188,6 +188,7 @@ impl<'a> Runner<'a> {
                     Ok(record) => self.store.append_trial(&record)?,
                     Err(ended) => return Ok(ended),
                 }
+                self.done += 1;
             }
         }
         Ok(Ended::Complete)

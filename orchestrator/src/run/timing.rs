@@ -13,7 +13,7 @@ use shared_types::transport::clock;
 use shared_types::wire::Losses;
 
 /// Trial numbers of the epochs that measure time start here, apart from the trials.
-const FIRST_TIMING_TRIAL: u32 = 1_000_000;
+pub(super) const FIRST_TIMING_TRIAL: u32 = 1_000_000;
 
 /// Most unmeasured epochs of a cell, however short they are.
 const WARM_UP_EPOCHS_MAX: u32 = 10_000;
