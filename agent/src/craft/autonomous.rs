@@ -1,6 +1,6 @@
 //! A craft that reasons on its own board and replicates with a strategy.
 
-use super::outbox::{Counting, Held, Outbox};
+use super::outbox::{Counting, Held, Outbox, header};
 use crate::blackboard::Blackboard;
 use crate::blackboard::replica::ReplicaStore;
 use crate::replication::{Context, Plans, Recipient, Strategy, strategy};
@@ -144,10 +144,8 @@ impl Autonomous {
             counting.fired(board, &changes);
             let context = Context { craft: self.craft, fleet };
             self.strategy.plan(&context, &changes, &mut self.plans);
-            let mut header = Header::new(Class::Replication, Kind::Delta);
-            header.origin = self.craft.0;
-            header.epoch = self.spec().epoch;
-            header.turn = turn.0;
+            let epoch = self.spec().epoch;
+            let mut header = header(Class::Replication, Kind::Delta, self.craft, epoch, turn);
             header.firing_number = self.firing_number;
             header.intended_ns = now.0;
             self.firing_number += 1;

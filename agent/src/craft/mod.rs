@@ -9,6 +9,7 @@ mod autonomous;
 pub mod dispatch;
 mod outbox;
 
+pub(crate) use outbox::header;
 pub use outbox::{Counting, Held, Outbox, Outgoing};
 
 use crate::replication::central::Client;

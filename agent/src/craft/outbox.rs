@@ -3,7 +3,9 @@
 use shared_types::ids::{CraftId, FactId, Turn};
 use shared_types::knowledge::{BoardView, Change};
 use shared_types::transport::Destination;
-use shared_types::wire::{Class, Counters, EpochSpec, HEADER_BYTES, Header, Refusal, TurnReport};
+use shared_types::wire::{
+    Class, Counters, EpochSpec, HEADER_BYTES, Header, Kind, Refusal, TurnReport,
+};
 use std::ops::Range;
 
 /// A delivered change that waits for its turn to close.
@@ -25,6 +27,15 @@ impl Held {
     pub const fn merge_order(&self) -> (CraftId, u32, FactId) {
         (self.origin, self.firing_number, self.change.fact)
     }
+}
+
+/// The header of a sample that `origin` sends in `turn` of `epoch`.
+pub(crate) fn header(class: Class, kind: Kind, origin: CraftId, epoch: u32, turn: Turn) -> Header {
+    let mut header = Header::new(class, kind);
+    header.origin = origin.0;
+    header.epoch = epoch;
+    header.turn = turn.0;
+    header
 }
 
 /// One sample to send.

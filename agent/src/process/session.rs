@@ -212,14 +212,19 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                     let _refusal = craft.receive(class, kind, header, payload, fleet, out);
                 }
                 (_, Some(Kind::TurnCommand)) if header.epoch == *epoch => {
-                    if let Ok(command) = TurnCommand::read_from_bytes(payload) {
-                        if command.closed().is_none() {
-                            *cpu_start_ns = surroundings.cpu_ns();
-                        }
-                        craft.command(surroundings.now(), &command, fleet, out);
+                    let Ok(command) = TurnCommand::read_from_bytes(payload) else {
+                        craft.counting_mut().counters.losses.refused += 1;
+                        return;
+                    };
+                    if command.closed().is_none() {
+                        *cpu_start_ns = surroundings.cpu_ns();
                     }
+                    craft.command(surroundings.now(), &command, fleet, out);
                 }
-                _ => orders.extend(order(header, payload)),
+                _ => match order(header, payload) {
+                    Some(order) => orders.push(order),
+                    None => craft.counting_mut().counters.losses.refused += 1,
+                },
             }
         })?;
         if held_before || !self.craft.holds_report() {

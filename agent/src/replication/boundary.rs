@@ -11,10 +11,7 @@ pub struct Boundary;
 
 impl Strategy for Boundary {
     fn plan(&mut self, context: &Context<'_>, changes: &[Change], plans: &mut Plans) {
-        let hops = changes.iter().enumerate().flat_map(|(index, change)| {
-            context.sharers(context.craft, change).map(move |sharer| (sharer, index))
-        });
-        plans.send_by_hop(changes, hops);
+        plans.send_towards_sharers(context, context.craft, changes, Some);
         plans.owed = CraftId::from_index(plans.requests.len()).0;
     }
 

@@ -6,7 +6,7 @@
 //! replies it keeps in a mirror of its board: the centre's truth as of the last reply.
 
 use crate::blackboard::Blackboard;
-use crate::craft::{Counting, Outbox};
+use crate::craft::{Counting, Outbox, header};
 use shared_types::ids::{CraftId, FactId, Firing, Turn};
 use shared_types::knowledge::{Change, FleetView, Value};
 use shared_types::limits::PIPELINE_DEPTH;
@@ -199,10 +199,7 @@ impl Client {
     }
 
     fn header(&self, kind: Kind) -> Header {
-        let mut header = Header::new(Class::Replication, kind);
-        header.origin = self.craft.0;
-        header.epoch = self.spec().epoch;
-        header.turn = self.turn.0;
+        let mut header = header(Class::Replication, kind, self.craft, self.spec().epoch, self.turn);
         header.intended_ns = self.intended.0;
         header
     }

@@ -7,7 +7,7 @@
 
 use super::central::reaches_final;
 use crate::blackboard::Blackboard;
-use crate::craft::{Counting, Held, Outbox};
+use crate::craft::{Counting, Held, Outbox, header};
 use shared_types::ids::{CraftId, FactId, Firing, Turn};
 use shared_types::knowledge::{Change, FleetView, Value};
 use shared_types::rng::{Purpose, Stream};
@@ -280,10 +280,9 @@ impl Centre {
         counting: &mut Counting,
         out: &mut Outbox,
     ) {
-        let mut header = Header::new(Class::Reply, Kind::Reply);
-        header.origin = CraftId::from_index(self.seats.len()).0;
-        header.epoch = self.spec().epoch;
-        header.turn = self.turn_number();
+        let centre = CraftId::from_index(self.seats.len());
+        let (epoch, turn) = (self.spec().epoch, Turn(self.turn_number()));
+        let mut header = header(Class::Reply, Kind::Reply, centre, epoch, turn);
         header.argument = argument;
         let mut range = 0..0;
         if carries_news {

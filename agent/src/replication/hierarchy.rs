@@ -14,8 +14,7 @@ impl Strategy for Hierarchy {
     fn plan(&mut self, context: &Context<'_>, changes: &[Change], plans: &mut Plans) {
         // No hop leads back to the planning craft, so the first leg is a relay from itself.
         self.plan_relay(context, context.craft, context.craft, changes, plans);
-        let sharers = changes.iter().flat_map(|change| context.sharers(context.craft, change));
-        plans.owe_distinct(sharers);
+        plans.owe_sharers(context, changes);
     }
 
     fn plan_relay(
@@ -26,13 +25,10 @@ impl Strategy for Hierarchy {
         changes: &[Change],
         plans: &mut Plans,
     ) {
-        let hops = changes.iter().enumerate().flat_map(|(index, change)| {
-            context.sharers(origin, change).filter_map(move |sharer| {
-                let hop = context.fleet.topology.next_hop(context.craft, sharer);
-                (hop != source).then_some((hop, index))
-            })
+        plans.send_towards_sharers(context, origin, changes, |sharer| {
+            let hop = context.fleet.topology.next_hop(context.craft, sharer);
+            (hop != source).then_some(hop)
         });
-        plans.send_by_hop(changes, hops);
     }
 
     fn peers(&self, context: &Context<'_>) -> Peers {

@@ -17,19 +17,14 @@ pub struct Hybrid;
 impl Strategy for Hybrid {
     fn plan(&mut self, context: &Context<'_>, changes: &[Change], plans: &mut Plans) {
         let topology = context.fleet.topology;
-        let hops = changes.iter().enumerate().flat_map(|(index, change)| {
-            context.sharers(context.craft, change).map(move |sharer| {
-                let hop = if topology.are_grouped(context.craft, sharer) {
-                    sharer
-                } else {
-                    topology.next_hop_over_leaders(context.craft, sharer)
-                };
-                (hop, index)
+        plans.send_towards_sharers(context, context.craft, changes, |sharer| {
+            Some(if topology.are_grouped(context.craft, sharer) {
+                sharer
+            } else {
+                topology.next_hop_over_leaders(context.craft, sharer)
             })
         });
-        plans.send_by_hop(changes, hops);
-        let sharers = changes.iter().flat_map(|change| context.sharers(context.craft, change));
-        plans.owe_distinct(sharers);
+        plans.owe_sharers(context, changes);
     }
 
     fn plan_relay(
@@ -45,16 +40,13 @@ impl Strategy for Hybrid {
             // Told directly by a member of the own group, whose leader passes it on.
             return;
         }
-        let hops = changes.iter().enumerate().flat_map(|(index, change)| {
-            context
-                .sharers(origin, change)
-                .filter(move |&sharer| !topology.are_grouped(origin, sharer))
-                .filter_map(move |sharer| {
-                    let hop = topology.next_hop_over_leaders(context.craft, sharer);
-                    (hop != source).then_some((hop, index))
-                })
+        plans.send_towards_sharers(context, origin, changes, |sharer| {
+            if topology.are_grouped(origin, sharer) {
+                return None;
+            }
+            let hop = topology.next_hop_over_leaders(context.craft, sharer);
+            (hop != source).then_some(hop)
         });
-        plans.send_by_hop(changes, hops);
     }
 
     fn peers(&self, context: &Context<'_>) -> Peers {

@@ -108,16 +108,22 @@ impl Plans {
         }
     }
 
-    /// Plans one request per distinct hop of `hops` (pairs of hop and change), carrying the changes
-    /// named with that hop.
-    pub(crate) fn send_by_hop(
+    /// Plans one request per distinct hop towards the crafts that share what `origin` changed,
+    /// carrying the changes that some sharer behind that hop needs. `hop` says which way a sharer
+    /// lies, `None` for one that others serve.
+    pub(crate) fn send_towards_sharers(
         &mut self,
+        context: &Context<'_>,
+        origin: CraftId,
         changes: &[Change],
-        hops: impl IntoIterator<Item = (CraftId, usize)>,
+        hop: impl Fn(CraftId) -> Option<CraftId>,
     ) {
         let mut pairs = std::mem::take(&mut self.hops);
         pairs.clear();
-        pairs.extend(hops);
+        for (index, change) in changes.iter().enumerate() {
+            let sharers = context.sharers(origin, change);
+            pairs.extend(sharers.filter_map(&hop).map(|hop| (hop, index)));
+        }
         pairs.sort_unstable();
         pairs.dedup();
         for hop in pairs.chunk_by(|left, right| left.0 == right.0) {
@@ -129,11 +135,13 @@ impl Plans {
         self.hops = pairs;
     }
 
-    /// Sets `owed` to the number of distinct crafts among `sharers`.
-    pub(crate) fn owe_distinct(&mut self, sharers: impl IntoIterator<Item = CraftId>) {
+    /// Sets `owed` to the number of distinct crafts that share what the planning craft changed.
+    pub(crate) fn owe_sharers(&mut self, context: &Context<'_>, changes: &[Change]) {
         let mut pairs = std::mem::take(&mut self.hops);
         pairs.clear();
-        pairs.extend(sharers.into_iter().map(|craft| (craft, 0)));
+        for change in changes {
+            pairs.extend(context.sharers(context.craft, change).map(|sharer| (sharer, 0)));
+        }
         pairs.sort_unstable();
         pairs.dedup();
         self.owed = CraftId::from_index(pairs.len()).0;
