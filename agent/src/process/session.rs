@@ -7,7 +7,7 @@
 
 use crate::craft::dispatch::dispatch;
 use crate::craft::{Craft, Outbox};
-use shared_types::ids::CraftId;
+use shared_types::ids::{CraftId, Turn};
 use shared_types::knowledge::{FleetView, NetworkError};
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Endpoint, SendError, WorldSample};
@@ -216,7 +216,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                         craft.counting_mut().counters.losses.refused += 1;
                         return;
                     };
-                    if command.closed().is_none() {
+                    if command.opened() == Some(Turn(0)) {
                         *cpu_start_ns = surroundings.cpu_ns();
                     }
                     craft.command(surroundings.now(), &command, fleet, out);
