@@ -192,6 +192,12 @@ impl Referee {
         }
     }
 
+    /// Turns that have been opened.
+    #[must_use]
+    pub const fn turns_opened(&self) -> u32 {
+        self.turn + 1
+    }
+
     /// What was fired, by turn and craft; idle crafts left out.
     #[must_use]
     pub fn path(&self) -> &[(Turn, CraftId, Firing)] {

@@ -44,6 +44,8 @@ pub enum SimulationError {
     Unbalanced {
         /// The trial.
         trial: u32,
+        /// Turns opened until then.
+        turns: u32,
         /// The ledger in words.
         standing: String,
         /// What every process counted until then.
@@ -137,6 +139,7 @@ impl Simulation {
                 None => {
                     return Err(SimulationError::Unbalanced {
                         trial: spec.trial,
+                        turns: referee.turns_opened(),
                         standing: referee.standing(),
                         reports: self.reports(processes),
                     });

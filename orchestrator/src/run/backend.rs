@@ -47,6 +47,8 @@ pub enum PlayError {
     Lost(Vec<CraftEnded>),
     /// The turn stayed unbalanced, or a report did not fit.
     Unbalanced {
+        /// Turns opened until then.
+        turns: u32,
         /// The ledger in words.
         standing: String,
         /// What the processes that answered had counted.
@@ -109,8 +111,8 @@ impl Backend for SimulatedFleet<'_> {
                 reports: trial.reports,
                 clock: Clocked::default(),
             }),
-            Err(SimulationError::Unbalanced { standing, reports, .. }) => {
-                Err(PlayError::Unbalanced { standing, reports })
+            Err(SimulationError::Unbalanced { turns, standing, reports, .. }) => {
+                Err(PlayError::Unbalanced { turns, standing, reports })
             }
             Err(error) => Err(PlayError::Failed(error.to_string())),
         }

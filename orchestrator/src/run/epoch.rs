@@ -10,7 +10,7 @@ use crate::results::event::Event;
 use crate::results::record::{Cell, TrialRecord};
 use crate::results::store::StoreError;
 use crate::scenario::compile;
-use agent::oracle::{Expected, Replay};
+use agent::oracle::Replay;
 use shared_types::knowledge::FleetNetwork;
 use shared_types::wire::{EpochSpec, StrategyKind, TrialReport};
 
@@ -107,8 +107,13 @@ impl Runner<'_> {
             Demands { replay: &prepared.replay, expected: &expected, fleet: &fleet, names };
         let played = match result {
             Ok(played) => played,
-            Err(PlayError::Unbalanced { standing, reports }) => {
-                return self.fault(cell, spec, &standing, &reports, &expected).map(Err);
+            Err(PlayError::Unbalanced { turns, standing, reports }) => {
+                // What the trial demands up to the turn that stands still.
+                let rules = EpochSpec { turns_max: turns, ignores_finals: true, ..spec.clone() };
+                let replay = Replay::of(&fleet, &rules);
+                let expected = replay.expected(&fleet, &rules, strategy);
+                let suspects = verdict::suspects(&expected, &reports, names);
+                return self.fault(cell, spec, standing, suspects, &reports).map(Err);
             }
             Err(error) => return self.end_early(plan, &phase, error).map(Err),
         };
@@ -172,13 +177,13 @@ impl Runner<'_> {
         &mut self,
         cell: Cell,
         spec: &EpochSpec,
-        standing: &str,
+        standing: String,
+        suspects: Vec<String>,
         reports: &[TrialReport],
-        expected: &Expected,
     ) -> Result<Ended, StoreError> {
         let losses = verdict::losses(reports);
-        let mut what = vec![standing.to_owned()];
-        what.extend(verdict::suspects(expected, reports));
+        let mut what = vec![standing];
+        what.extend(suspects);
         if losses.is_partial() {
             for line in what {
                 self.note(line)?;

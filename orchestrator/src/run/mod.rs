@@ -13,6 +13,8 @@ mod fleet;
 mod patience;
 pub mod plan;
 mod play;
+#[cfg(test)]
+mod tests;
 mod timing;
 pub mod verdict;
 

@@ -164,7 +164,7 @@ impl Trial {
             }
         }
         let reports = self.reports.iter().flatten().cloned().collect();
-        PlayError::Unbalanced { standing, reports }
+        PlayError::Unbalanced { turns: self.referee.turns_opened(), standing, reports }
     }
 }
 
