@@ -99,6 +99,9 @@ pub const OPEN_FILES_MIN: u64 = 4096;
 /// differ from the independent replay.
 pub const CRAFTS_RECORDED_MAX: usize = 1024;
 
+/// Fewest blocks, fresh launches of a fleet, with which a comparison of times names a winner.
+pub const WINNER_BLOCKS_MIN: u32 = 9;
+
 const _: () = assert!(REAL_CRAFTS_MAX < SIMULATED_CRAFTS_TESTED);
 const _: () = assert!((REAL_CRAFTS_MAX as usize) < CRAFTS_RECORDED_MAX);
 const _: () = assert!(SIMULATED_CRAFTS_TESTED <= SIMULATED_CRAFTS_MAX);
