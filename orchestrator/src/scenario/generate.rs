@@ -5,10 +5,15 @@
 //! the final facts and the initial ones (the first places of a random order of all facts), every
 //! rule's number of premises, all premises, the fact that each rule asserts, the action that each
 //! queues, the fact that each action asserts. For the links: all end points pair by pair, then the
-//! order in which they are written. All memory of the previous trial's network is used again.
+//! order in which they are written; symmetric boundary facts are dealt in `shared`. All memory of the
+//! previous trial's network is used again.
 //!
 //! Not here: the parameters (`shared_types::scenario`), and networks that a user writes out
 //! (`compile`).
+
+mod shared;
+
+pub(super) use shared::shared_facts;
 
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, Literal, Target, Topology};
@@ -37,6 +42,10 @@ pub fn generate(
         draw_board(parameters, &mut stream, &mut order, board);
     }
     let mut stream = Stream::new(seed, trial, Purpose::Links, 0);
+    if parameters.linking == LinkingModel::Shared {
+        shared::link(parameters, &mut stream, &mut into.boards);
+        return;
+    }
     let links = draw_links(parameters, craft_count, &mut stream);
     write_links(parameters.facts, &links, &mut into.boards);
 }
@@ -113,6 +122,7 @@ fn draw_links(parameters: &GeneratedNetwork, craft_count: u32, stream: &mut Stre
         LinkingModel::Sparse => {
             draw_links_per_pair(parameters, &sparse_pairs(craft_count, parameters.degree), stream)
         }
+        LinkingModel::Shared => unreachable!("invariant: shared facts are dealt, not linked"),
     };
     stream.shuffle(&mut links);
     links

@@ -4,11 +4,12 @@
 
 use super::error::{Finding, Place, place};
 use super::fleet::{Craft, unknown_craft};
+use super::generate::shared_facts;
 use super::nearest::listing;
 use shared_types::limits::{
     BANDWIDTH_BITS_PER_S_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, DELAY_MS_MAX,
     DURATION_S_MAX, INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, RATE_PER_S_MAX,
-    REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
+    REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
 };
 use shared_types::scenario::{
     GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, RunMode, Scenario,
@@ -239,6 +240,50 @@ fn check_network(network: &GeneratedNetwork, craft_count: usize) -> Result<(), F
         )
         .help(format!(
             "use `linking = \"sparse\"` (the preset `sparse`), or at most {REAL_CRAFTS_MAX} crafts"
+        )));
+    }
+    if network.linking == LinkingModel::Shared {
+        check_shared(network, craft_count)?;
+    }
+    Ok(())
+}
+
+/// Whether boundary facts can be shared as `linking = "shared"` asks for.
+fn check_shared(network: &GeneratedNetwork, craft_count: usize) -> Result<(), Finding> {
+    let at = |key: &'static str, message: String| Finding::at(place!["network", key], message);
+    if !(0.0..=1.0).contains(&network.boundary_fraction) {
+        return Err(at(
+            "boundary-fraction",
+            format!("a boundary fraction of {} is impossible", network.boundary_fraction),
+        )
+        .help("it is a share: 0 shares no fact, 0.1 every tenth, 1 all")
+        .label("out of bounds"));
+    }
+    let others = u64::from(network.sharers);
+    if others == 0 || others >= craft_count as u64 {
+        let remedy = match craft_count {
+            1 => "one craft shares with nobody; give the fleet two or more".to_owned(),
+            _ => format!("use 1 to {}, the crafts of the fleet but one", craft_count - 1),
+        };
+        return Err(at(
+            "sharers",
+            format!("facts shared with {others} others of {craft_count} crafts"),
+        )
+        .help(remedy)
+        .label("out of bounds"));
+    }
+    let craft_count = u32::try_from(craft_count).expect("invariant: fleets are below 2^32");
+    let facts = shared_facts(network, craft_count);
+    let needed = facts.saturating_mul(others + 1).saturating_mul(others);
+    if needed > SHARED_LINKS_MAX {
+        return Err(at(
+            "sharers",
+            format!(
+                "{facts} shared facts need {needed} links, one from each sharer to every other"
+            ),
+        )
+        .help(format!(
+            "at most {SHARED_LINKS_MAX} are accepted; share less, or with fewer crafts"
         )));
     }
     Ok(())

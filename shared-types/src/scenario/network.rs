@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `[network]`: every board is drawn at random with these parameters, anew in each trial.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct GeneratedNetwork {
     /// Facts of one board; default 1000.
@@ -27,11 +27,17 @@ pub struct GeneratedNetwork {
     /// How facts of different boards are linked; default `directed-slots-per-pair`.
     pub linking: LinkingModel,
     /// Links drawn for each unordered pair of linked boards, under `per-board` for each board in all;
-    /// default 300.
+    /// default 300. Unused by `shared`.
     pub links: u32,
     /// Boards that one board is linked to under `sparse`, tree neighbours first; default 4. Unused by
     /// the other models.
     pub degree: u32,
+    /// Share of a board's facts that are boundary facts under `shared`, 0 to 1; default 0.1. Unused by
+    /// the other models, where it follows from `links`.
+    pub boundary_fraction: f64,
+    /// Other crafts that share each boundary fact under `shared`: the copies of one change; default 1.
+    /// Unused by the other models.
+    pub sharers: u32,
 }
 
 impl Default for GeneratedNetwork {
@@ -47,6 +53,8 @@ impl Default for GeneratedNetwork {
             linking: LinkingModel::default(),
             links: 300,
             degree: 4,
+            boundary_fraction: 0.1,
+            sharers: 1,
         }
     }
 }
@@ -65,6 +73,10 @@ pub enum LinkingModel {
     /// As `directed-slots-per-pair`, but each board is linked to `degree` neighbours only. For fleets
     /// larger than 128.
     Sparse,
+    /// Symmetric boundary facts, as missions have them: `boundary-fraction` of every board's facts,
+    /// each of them one fact of exactly `sharers` + 1 boards. The two are the axes along which
+    /// strategies change places.
+    Shared,
 }
 
 impl LinkingModel {
@@ -75,6 +87,7 @@ impl LinkingModel {
             Self::DirectedSlotsPerPair => "directed-slots-per-pair",
             Self::PerBoard => "per-board",
             Self::Sparse => "sparse",
+            Self::Shared => "shared",
         }
     }
 

@@ -54,6 +54,22 @@ fn links_equal_a_literal_drawing() {
     }
 }
 
+/// Drawn once; a change here would change every published count.
+#[test]
+fn networks_are_drawn_as_they_always_were() {
+    let models = [LinkingModel::DirectedSlotsPerPair, LinkingModel::PerBoard, LinkingModel::Sparse];
+    for (crafts, pinned) in [
+        (5, [10_664_876_546_192_201_249, 7_975_937_419_967_248_745, 10_664_876_546_192_201_249]),
+        (9, [1_672_048_299_617_426_552, 17_092_522_961_016_547_597, 15_401_932_704_449_299_517]),
+    ] {
+        let digests = models.map(|linking| {
+            let parameters = GeneratedNetwork { linking, ..GeneratedNetwork::default() };
+            xxhash_rust::xxh3::xxh3_64(&generated(&parameters, crafts, 7, 1).to_archive())
+        });
+        assert_eq!(digests, pinned, "{crafts} crafts");
+    }
+}
+
 #[test]
 fn a_published_board_has_the_published_sizes() {
     let network = generated(&GeneratedNetwork::default(), 2, 3, 0);
@@ -192,9 +208,13 @@ fn sparse_pairs_of_tiny_fleets_are_all_pairs() {
 }
 
 fn any_parameters() -> impl Strategy<Value = GeneratedNetwork> {
-    let linking =
-        [LinkingModel::DirectedSlotsPerPair, LinkingModel::PerBoard, LinkingModel::Sparse];
-    (1_u32..60, 0_u32..40, 1_u32..20, 0_usize..3, 0_u32..30, 1_u32..6, 0_u32..100).prop_map(
+    let linking = [
+        LinkingModel::DirectedSlotsPerPair,
+        LinkingModel::PerBoard,
+        LinkingModel::Sparse,
+        LinkingModel::Shared,
+    ];
+    (1_u32..60, 0_u32..40, 1_u32..20, 0_usize..4, 0_u32..30, 1_u32..6, 0_u32..100).prop_map(
         move |(facts, rules, actions, model, links, degree, share)| GeneratedNetwork {
             facts,
             rules,
@@ -206,8 +226,77 @@ fn any_parameters() -> impl Strategy<Value = GeneratedNetwork> {
             linking: linking[model],
             links,
             degree,
+            boundary_fraction: f64::from(share) / 99.0,
+            sharers: 1,
         },
     )
+}
+
+/// A plain look at how facts are shared: per fact of the fleet the crafts that share it.
+fn sharing(network: &FleetNetwork) -> Vec<Vec<Target>> {
+    let view = network.view();
+    let facts = view.boards.iter().zip((0..).map(CraftId)).flat_map(|(board, craft)| {
+        (0..board.fact_count).map(move |fact| {
+            let own = Target { craft, fact: FactId(fact) };
+            let mut sharers: Vec<Target> = board.targets(own.fact).chain([own]).collect();
+            sharers.sort_unstable();
+            sharers
+        })
+    });
+    facts.filter(|sharers| sharers.len() > 1).collect()
+}
+
+#[test]
+fn shared_facts_are_symmetric_and_have_exactly_the_sharers_and_the_fraction_asked_for() {
+    for (crafts, sharers, fraction) in
+        [(2, 1, 0.5), (5, 1, 0.1), (5, 4, 1.0), (10, 3, 0.25), (10, 9, 0.03), (128, 7, 0.01)]
+    {
+        let parameters = GeneratedNetwork {
+            facts: 200,
+            initial: 80,
+            finals: 10,
+            linking: LinkingModel::Shared,
+            boundary_fraction: fraction,
+            sharers,
+            ..GeneratedNetwork::default()
+        };
+        let network = generated(&parameters, crafts, 3, 0);
+        network.view().validate().unwrap();
+        let mut groups = sharing(&network);
+        let ends = groups.len();
+        groups.sort_unstable();
+        // Every sharer sees the same sharers: each group is there once from each of its ends.
+        for same in groups.chunk_by(|left, right| left == right) {
+            assert_eq!(same[0].len(), sharers as usize + 1);
+            assert_eq!(same.len(), same[0].len());
+            let crafts: Vec<CraftId> = same[0].iter().map(|sharer| sharer.craft).collect();
+            assert!(crafts.windows(2).all(|pair| pair[0] < pair[1]), "each craft once");
+        }
+        let asked = 200.0 * fraction;
+        for board in &network.view().boards {
+            let facts: u32 = (0..200).map(|fact| u32::from(board.is_boundary(FactId(fact)))).sum();
+            assert!((f64::from(facts) - asked).abs() <= 1.0, "{facts}, not {asked}");
+        }
+        let missing = asked * f64::from(crafts) - f64::from(u32::try_from(ends).unwrap());
+        assert!((0.0..=f64::from(sharers)).contains(&missing), "{missing} places are left");
+    }
+}
+
+#[test]
+fn which_facts_are_shared_moves_nothing_else_of_a_board() {
+    let shared = |boundary_fraction, sharers| GeneratedNetwork {
+        linking: LinkingModel::Shared,
+        boundary_fraction,
+        sharers,
+        ..GeneratedNetwork::default()
+    };
+    let first = generated(&shared(0.1, 1), 4, 1, 0);
+    let second = generated(&shared(0.7, 3), 4, 1, 0);
+    assert_ne!(first.boards[0].links, second.boards[0].links);
+    assert_eq!(first.boards[0].premises, second.boards[0].premises);
+    assert_ne!(first, generated(&shared(0.1, 1), 4, 1, 1));
+    assert_eq!(first, generated(&shared(0.1, 1), 4, 1, 0));
+    assert!(sharing(&generated(&shared(0.0, 1), 4, 1, 0)).is_empty());
 }
 
 proptest! {
@@ -217,7 +306,8 @@ proptest! {
     fn every_network_is_valid_and_survives_its_archive(
         parameters in any_parameters(), crafts in 1_u32..8, seed in proptest::num::u64::ANY,
     ) {
-        let network = generated(&parameters, crafts, seed, 0);
+        let is_alone = crafts == 1 && parameters.linking == LinkingModel::Shared;
+        let network = generated(&parameters, crafts + u32::from(is_alone), seed, 0);
         prop_assert!(network.view().validate().is_ok());
         let archive = network.to_archive();
         let view = FleetView::from_archive(&archive);

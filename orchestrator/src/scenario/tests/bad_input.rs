@@ -230,6 +230,8 @@ wake = "poll" => crafts = 3 | 2:10 | [[craft]] lists 2 | leave `fleet.crafts` ou
     let simulated = "run.mode = \"simulated\"\nfleet.crafts = 200\nnetwork.links = 3\n";
     check(simulated, "3:1", "links every pair", "sparse");
     check("[network]\n", "1:1", "the fleet has no crafts", "fleet.crafts");
+    let shared = "fleet.crafts = 128\n[network]\nlinking = \"shared\"\nboundary-fraction = 1\n";
+    check(&format!("{shared}sharers = 127\n"), "5:11", "need 16256000 links", "at most 16000000");
 }
 
 #[test]
@@ -308,6 +310,10 @@ fn numbers_out_of_bounds() {
         ("premises-max = 300", 16, "up to 300 premises", "at most 255"),
         ("linking = \"sparse\"\ndegree = 0", 10, "without neighbours", "at least 1"),
         ("linking = \"spars\"", 11, "`spars`", "`sparse`?"),
+        ("linking = \"shared\"\nsharers = 0", 11, "shared with 0 others of 4", "use 1 to 3"),
+        ("linking = \"shared\"\nsharers = 4", 11, "shared with 4 others of 4", "use 1 to 3"),
+        ("linking = \"shared\"\nboundary-fraction = 1.1", 21, "fraction of 1.1", "a share"),
+        ("linking = \"shared\"\nboundary-fraction = nan", 21, "fraction of NaN", "a share"),
     ] {
         let line = 3 + setting.matches('\n').count();
         let text = format!("fleet.crafts = 4\n[network]\n{setting}\n");
