@@ -110,11 +110,16 @@ fn is_alive(process: Pid) -> bool {
 #[test]
 fn every_round_and_round_trip_is_recorded_and_nothing_stays() {
     let area = TestArea::new("figures");
-    for program in [RAW_ROUND, RAW_ONE_WAY] {
-        let output = area
-            .command(program, &["--warm-up", "10", "--measured", "300", "--format", "json"])
-            .output()
-            .unwrap();
+    let cases = [
+        (RAW_ROUND, "iceoryx2"),
+        (RAW_ROUND, "datagrams"),
+        (RAW_ONE_WAY, "iceoryx2"),
+        (RAW_ONE_WAY, "datagrams"),
+        (RAW_ONE_WAY, "blocking-datagrams"),
+    ];
+    let arguments = ["--warm-up", "10", "--measured", "300", "--format", "json", "--over"];
+    for (program, over) in cases {
+        let output = area.command(program, &[&arguments[..], &[over]].concat()).output().unwrap();
         assert!(output.status.success(), "{output:?}");
         let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(result["time"]["n"], 300, "{result}");

@@ -1,30 +1,39 @@
-//! `raw-one-way`: half a round trip of raw iceoryx2 between two polling processes.
+//! `raw-one-way`: half a round trip of a bare transport between two processes.
 
+use benches::raw::RawError;
 use benches::raw::child::Child;
-use benches::raw::one_way::{self, BACK, THERE};
-use benches::raw::{RawError, command, fleet};
+use benches::raw::command::{self, Workload};
+use benches::raw::one_way::{self, Over};
 use clap::Parser;
 use std::process::ExitCode;
 
-/// Measures one-way latency (half a round trip) over raw iceoryx2 between two processes that poll.
+/// Measures one-way latency (half a round trip) of a bare transport between two processes.
 #[derive(Parser)]
 #[command(version)]
 struct RawOneWay {
+    /// What the samples travel over
+    #[arg(long, value_enum, default_value_t)]
+    over: Over,
     #[command(flatten)]
     options: command::Options,
 }
 
 fn main() -> ExitCode {
     let command = RawOneWay::parse();
-    command::conclude(run(&command.options))
+    command::conclude(run(&command))
 }
 
-fn run(options: &command::Options) -> Result<Option<String>, RawError> {
+fn run(RawOneWay { over, options }: &RawOneWay) -> Result<Option<String>, RawError> {
     if let Some(index) = options.child {
         let child = Child::begin(index, options.placement(), options.area.clone())?;
-        one_way::take_part(child, index, options.warm_up, options.measured)?;
+        one_way::take_part(child, index, *over, options.exchanges())?;
         return Ok(None);
     }
-    let times = fleet::measure(&options.area, 2, &[THERE, BACK])?;
-    Ok(Some(options.render("raw iceoryx2 one way", 2, &times)))
+    let (name, is_blocking) = match over {
+        Over::Iceoryx2 => ("raw iceoryx2 one way", false),
+        Over::Datagrams => ("Unix datagrams one way", false),
+        Over::BlockingDatagrams => ("Unix datagrams one way", true),
+    };
+    let times = one_way::measure(&options.area, *over)?;
+    Ok(Some(options.render(&Workload { name, processes: 2, is_blocking }, &times)))
 }

@@ -1,17 +1,22 @@
-//! `raw-round`: how long one all-to-all round of raw iceoryx2 takes between N polling processes.
+//! `raw-round`: how long one all-to-all round of a bare transport takes between N polling processes.
 
+use benches::raw::RawError;
 use benches::raw::child::Child;
-use benches::raw::{RawError, command, fleet, round};
+use benches::raw::command::{self, Workload};
+use benches::raw::round::{self, Over};
 use clap::Parser;
 use std::process::ExitCode;
 
-/// Measures all-to-all rounds over raw iceoryx2 between processes that poll.
+/// Measures all-to-all rounds over a bare transport between processes that poll.
 #[derive(Parser)]
 #[command(version)]
 struct RawRound {
     /// How many processes take part
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=128))]
     processes: u32,
+    /// What the samples travel over
+    #[arg(long, value_enum, default_value_t)]
+    over: Over,
     #[command(flatten)]
     options: command::Options,
 }
@@ -21,13 +26,17 @@ fn main() -> ExitCode {
     command::conclude(run(&command))
 }
 
-fn run(RawRound { processes, options }: &RawRound) -> Result<Option<String>, RawError> {
+fn run(RawRound { processes, over, options }: &RawRound) -> Result<Option<String>, RawError> {
     if let Some(index) = options.child {
         let child = Child::begin(index, options.placement(), options.area.clone())?;
-        round::take_part(child, index, *processes, options.warm_up, options.measured)?;
+        round::take_part(child, index, *processes, *over, options.exchanges())?;
         return Ok(None);
     }
-    let times =
-        fleet::measure(&options.area, *processes as usize, &[round::service(*processes as usize)])?;
-    Ok(Some(options.render("raw iceoryx2 all-to-all round", *processes, &times)))
+    let name = match over {
+        Over::Iceoryx2 => "raw iceoryx2 all-to-all round",
+        Over::Datagrams => "Unix datagrams all-to-all round",
+    };
+    let times = round::measure(&options.area, *over, *processes)?;
+    let workload = Workload { name, processes: *processes, is_blocking: false };
+    Ok(Some(options.render(&workload, &times)))
 }

@@ -37,6 +37,11 @@ impl AreaName {
         Path::new(SHARED_MEMORY).join(&self.0)
     }
 
+    /// The socket that process `index` receives datagrams on.
+    pub(super) fn socket(&self, index: u32) -> PathBuf {
+        self.root().join(format!("datagrams-{index}"))
+    }
+
     fn prefix(&self) -> String {
         format!("{}_", self.0)
     }

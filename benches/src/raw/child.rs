@@ -11,7 +11,7 @@ use rustix::process::Signal;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use std::io::{self, BufRead, Write};
 
-/// Parent to child: the services exist.
+/// Parent to child, before what children must know: what they share is prepared.
 pub(super) const OPEN: &str = "open";
 /// Child to parent: my ports are open.
 pub(super) const READY: &str = "ready";
@@ -71,12 +71,16 @@ impl Child {
         &self.area
     }
 
-    /// Waits until the parent has created the services.
+    /// Waits until the parent has prepared what the children share; returns what they must know.
     ///
     /// # Errors
     /// If the parent is gone or says something else.
-    pub fn await_services(&mut self) -> Result<(), RawError> {
-        self.hear(OPEN)
+    pub fn await_opening(&mut self) -> Result<String, RawError> {
+        let line = self.listen()?;
+        match line.trim_end().strip_prefix(OPEN) {
+            Some(knowledge) => Ok(knowledge.trim_start().to_owned()),
+            None => Err(unexpected(&line, OPEN)),
+        }
     }
 
     /// Says that the own ports are open and waits until everybody's are.
@@ -114,14 +118,19 @@ impl Child {
 
     /// Waits for `expected`; the empty line is the end of the input.
     fn hear(&mut self, expected: &str) -> Result<(), RawError> {
+        let line = self.listen()?;
+        if line.trim_end() == expected { Ok(()) } else { Err(unexpected(&line, expected)) }
+    }
+
+    fn listen(&mut self) -> Result<String, RawError> {
         let mut line = String::new();
         self.input.read_line(&mut line).map_err(RawError::process("listen to the parent"))?;
-        if line.trim_end() == expected {
-            Ok(())
-        } else {
-            Err(RawError::Unexpected(format!("line {line:?} instead of {expected:?}")))
-        }
+        Ok(line)
     }
+}
+
+fn unexpected(line: &str, expected: &str) -> RawError {
+    RawError::Unexpected(format!("line {line:?} instead of {expected:?}"))
 }
 
 /// Writes one line to the parent.

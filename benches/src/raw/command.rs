@@ -57,26 +57,56 @@ fn parse_cores(text: &str) -> Result<usize, String> {
     }
 }
 
+/// How many exchanges a measurement makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Exchanges {
+    /// Not recorded.
+    pub warm_up: u32,
+    /// Recorded.
+    pub measured: u32,
+}
+
+/// What a figure was measured on, for its output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Workload<'a> {
+    /// What it is called.
+    pub name: &'a str,
+    /// How many processes take part.
+    pub processes: u32,
+    /// Whether processes sleep in the kernel until something arrives; else they poll.
+    pub is_blocking: bool,
+}
+
 impl Options {
+    /// How many exchanges are made.
+    #[must_use]
+    pub const fn exchanges(&self) -> Exchanges {
+        Exchanges { warm_up: self.warm_up, measured: self.measured }
+    }
+
     /// Which cores the processes use.
     #[must_use]
     pub const fn placement(&self) -> Placement {
         Placement { cores: self.cores, is_pinned: !self.unpinned }
     }
 
-    /// The result of `workload` between `processes` as text or JSON, without a line end.
+    /// The result of `workload` as text or JSON, without a line end.
     #[must_use]
-    pub fn render(&self, workload: &str, processes: u32, times: &Histogram<u64>) -> String {
+    pub fn render(&self, workload: &Workload<'_>, times: &Histogram<u64>) -> String {
+        let Workload { name, processes, is_blocking } = *workload;
+        let wake = if is_blocking { "block" } else { "poll" };
+        let waits = if is_blocking { "blocking" } else { "polling with sched_yield" };
         let summary = Summary::of(times);
         let placement = if self.unpinned { "unpinned" } else { "pinned" };
         match self.format {
             Format::Text => format!(
-                "{workload}: {processes} processes on {} cores ({placement}), {PAYLOAD_BYTES} B, \
-                 polling with sched_yield, {} warm-up\n{summary}",
+                "{name}: {processes} processes on {} cores ({placement}), {PAYLOAD_BYTES} B, {waits}, \
+                 {} warm-up\n{summary}",
                 self.cores, self.warm_up,
             ),
             Format::Json => json!({
-                "workload": workload,
+                "workload": name,
+                "wake": wake,
                 "processes": processes,
                 "cores": self.cores,
                 "placement": placement,

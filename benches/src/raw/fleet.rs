@@ -9,7 +9,6 @@
 use super::RawError;
 use super::area::{Area, AreaName};
 use super::child::{CONNECT, CONNECTED, FINISHED, GO, OPEN, READY, RECORDED};
-use super::port::{ServicePlan, create_node};
 use hdrhistogram::Histogram;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
@@ -18,35 +17,52 @@ use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// Runs one measurement in `area`: `processes` children of this program, each started with this program's own
-/// arguments and `--child INDEX`, on `services`. Returns the times that child 0 recorded, in ns.
+/// What children share: the parent holds it while they run, and tells them what they must know.
+#[derive(Debug)]
+pub struct Shared<T> {
+    /// Dropped when every child has ended.
+    pub held: T,
+    /// One line without an end; may be empty.
+    pub knowledge: String,
+}
+
+impl<T> Shared<T> {
+    /// Something that children find by themselves.
+    #[must_use]
+    pub const fn known(held: T) -> Self {
+        Self { held, knowledge: String::new() }
+    }
+}
+
+/// Runs one measurement in `area`: `processes` children of this program, each started with this
+/// program's own arguments and `--child INDEX`. `prepare` makes what they share, once they have been
+/// started. Returns the times that child 0 recorded, in ns.
 ///
 /// # Errors
 /// If a child fails, a signal arrives, or shared memory cannot be used; everything is cleaned first.
-pub fn measure(
+pub fn measure<T>(
     area: &AreaName,
-    processes: usize,
-    services: &[ServicePlan],
+    processes: u32,
+    prepare: impl FnOnce() -> Result<Shared<T>, RawError>,
 ) -> Result<Histogram<u64>, RawError> {
     let _claim =
         Area::claim(area, || eprintln!("another raw measurement runs; waiting for its end"))?;
     let (sender, events) = channel();
     watch_signals(sender.clone())?;
+    // Declared before the fleet: it goes after the children, also on an error.
+    let shared;
     let mut fleet = Fleet { children: Vec::new(), events };
-    for index in 0..processes {
+    for index in 0..processes as usize {
         fleet.spawn(index, sender.clone())?;
     }
-    let node = create_node(area)?;
-    let services =
-        services.iter().map(|plan| plan.create(&node)).collect::<Result<Vec<_>, RawError>>()?;
-    fleet.tell_all(OPEN)?;
+    shared = prepare()?;
+    fleet.tell_all(&format!("{OPEN} {}", shared.knowledge))?;
     fleet.hear_all(READY)?;
     fleet.tell_all(CONNECT)?;
     fleet.hear_all(CONNECTED)?;
     fleet.tell_all(GO)?;
     let times = fleet.hear_all(FINISHED)?;
     fleet.dismiss()?;
-    drop(services);
     Ok(times)
 }
 

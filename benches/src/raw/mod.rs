@@ -1,17 +1,20 @@
-//! Raw iceoryx2 between processes: what the transport costs before Slateswarm adds anything.
+//! Raw transports between processes: what they cost before Slateswarm adds anything. iceoryx2 is the
+//! one that Slateswarm stands on, Unix datagrams are what most programs would use.
 //!
 //! A program of this kind starts itself again once per process. The parent ([`fleet`]) claims an
-//! [`area`] in shared memory, spawns the children, creates the services, leads everybody through a
+//! [`area`] in shared memory, spawns the children, prepares what they share, leads everybody through a
 //! start barrier over pipes and then waits; it takes no part in what is measured. The children open
-//! one [`port`] each, poll with `sched_yield` and exchange samples ([`round`], [`one_way`]); child 0
-//! records the times and hands them to the parent at the end.
+//! one [`link`] each (iceoryx2: [`port`], sockets: [`datagram`]), poll with `sched_yield` and exchange
+//! samples ([`round`], [`one_way`]); child 0 records the times and hands them to the parent at the end.
 //!
 //! Nothing of Slateswarm's transport, header or ledger is used here on purpose: this is the yardstick.
 
 pub mod area;
 pub mod child;
 pub mod command;
+pub mod datagram;
 pub mod fleet;
+pub mod link;
 pub mod one_way;
 pub mod port;
 pub mod round;

@@ -2,6 +2,7 @@
 
 use super::RawError;
 use super::area::AreaName;
+use super::link::Link;
 use iceoryx2::node::Node;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -42,11 +43,7 @@ pub struct ServicePlan {
 type Service = PortFactory<ipc::Service, [u8], SampleHeader>;
 
 impl ServicePlan {
-    /// Creates the service; the parent does, and holds it while the children run.
-    ///
-    /// # Errors
-    /// If iceoryx2 refuses.
-    pub fn create(&self, node: &Node<ipc::Service>) -> Result<Service, RawError> {
+    fn create(&self, node: &Node<ipc::Service>) -> Result<Service, RawError> {
         self.builder(node)?.create().map_err(RawError::iceoryx("create the service"))
     }
 
@@ -75,10 +72,7 @@ impl ServicePlan {
 }
 
 /// A node in `area`, without signal handlers of its own and silent unless something fails.
-///
-/// # Errors
-/// If iceoryx2 refuses.
-pub fn create_node(area: &AreaName) -> Result<Node<ipc::Service>, RawError> {
+fn create_node(area: &AreaName) -> Result<Node<ipc::Service>, RawError> {
     set_log_level(LogLevel::Error);
     NodeBuilder::new()
         .config(&area.config()?)
@@ -87,19 +81,83 @@ pub fn create_node(area: &AreaName) -> Result<Node<ipc::Service>, RawError> {
         .map_err(RawError::iceoryx("create the node"))
 }
 
+/// All services of a measurement; they exist as long as this does.
+#[derive(Debug)]
+pub struct Services {
+    _services: Vec<Service>,
+    _node: Node<ipc::Service>,
+}
+
+impl Services {
+    /// Creates a service for each of `plans` in `area`; the parent does, and holds them while the
+    /// children run.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn create(area: &AreaName, plans: &[ServicePlan]) -> Result<Self, RawError> {
+        let node = create_node(area)?;
+        let services = plans.iter().map(|plan| plan.create(&node)).collect::<Result<_, _>>()?;
+        Ok(Self { _services: services, _node: node })
+    }
+}
+
+/// The ports of one child: what it sends through and what it receives through.
+#[derive(Debug)]
+pub struct Ports {
+    sender: Sender,
+    receiver: Receiver,
+    // Last: ports go before what they belong to.
+    _node: Node<ipc::Service>,
+}
+
+impl Ports {
+    /// Opens a publisher on `sends_on` and a subscriber on `receives_on`.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn open(
+        area: &AreaName,
+        sends_on: &ServicePlan,
+        receives_on: &ServicePlan,
+    ) -> Result<Self, RawError> {
+        let node = create_node(area)?;
+        let (sender, receiver) =
+            (Sender::open(&node, sends_on)?, Receiver::open(&node, receives_on)?);
+        Ok(Self { sender, receiver, _node: node })
+    }
+
+    /// Connects to every port that exists by now.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn connect(&self) -> Result<(), RawError> {
+        self.sender.connect()?;
+        self.receiver.connect()
+    }
+}
+
+impl Link for Ports {
+    #[inline]
+    fn send(&mut self, header: SampleHeader) -> Result<(), RawError> {
+        self.sender.send(header)
+    }
+
+    #[inline]
+    fn receive(&mut self) -> Result<Option<SampleHeader>, RawError> {
+        self.receiver.receive()
+    }
+}
+
 /// What one child sends through.
 #[derive(Debug)]
-pub struct Sender {
+struct Sender {
     publisher: Publisher<ipc::Service, [u8], SampleHeader>,
     subscribers: usize,
 }
 
 impl Sender {
     /// Opens the service and a publisher on it.
-    ///
-    /// # Errors
-    /// If iceoryx2 refuses.
-    pub fn open(node: &Node<ipc::Service>, plan: &ServicePlan) -> Result<Self, RawError> {
+    fn open(node: &Node<ipc::Service>, plan: &ServicePlan) -> Result<Self, RawError> {
         let publisher = plan
             .open(node)?
             .publisher_builder()
@@ -112,19 +170,14 @@ impl Sender {
     }
 
     /// Connects to every subscriber that exists by now.
-    ///
-    /// # Errors
-    /// If iceoryx2 refuses.
-    pub fn connect(&self) -> Result<(), RawError> {
+    fn connect(&self) -> Result<(), RawError> {
         self.publisher.update_connections().map_err(RawError::iceoryx("connect the publisher"))
     }
 
     /// Sends one sample, filled with the low byte of its number.
-    ///
-    /// # Errors
-    /// If it does not reach every subscriber of the service.
+    /// It must reach every subscriber of the service.
     #[inline]
-    pub fn send(&self, header: SampleHeader) -> Result<(), RawError> {
+    fn send(&self, header: SampleHeader) -> Result<(), RawError> {
         let mut sample = self
             .publisher
             .loan_slice_uninit(PAYLOAD_BYTES)
@@ -145,16 +198,13 @@ impl Sender {
 
 /// What one child receives through.
 #[derive(Debug)]
-pub struct Receiver {
+struct Receiver {
     subscriber: Subscriber<ipc::Service, [u8], SampleHeader>,
 }
 
 impl Receiver {
     /// Opens the service and a subscriber on it.
-    ///
-    /// # Errors
-    /// If iceoryx2 refuses.
-    pub fn open(node: &Node<ipc::Service>, plan: &ServicePlan) -> Result<Self, RawError> {
+    fn open(node: &Node<ipc::Service>, plan: &ServicePlan) -> Result<Self, RawError> {
         let subscriber = plan
             .open(node)?
             .subscriber_builder()
@@ -164,19 +214,13 @@ impl Receiver {
     }
 
     /// Connects to every publisher that exists by now.
-    ///
-    /// # Errors
-    /// If iceoryx2 refuses.
-    pub fn connect(&self) -> Result<(), RawError> {
+    fn connect(&self) -> Result<(), RawError> {
         self.subscriber.update_connections().map_err(RawError::iceoryx("connect the subscriber"))
     }
 
     /// The header of the next sample, `None` if none has arrived.
-    ///
-    /// # Errors
-    /// If iceoryx2 fails, or the sample is not what its header says.
     #[inline]
-    pub fn receive(&self) -> Result<Option<SampleHeader>, RawError> {
+    fn receive(&self) -> Result<Option<SampleHeader>, RawError> {
         let received = self.subscriber.receive().map_err(RawError::iceoryx("receive a sample"))?;
         let Some(sample) = received else { return Ok(None) };
         let (header, payload) = (*sample.user_header(), sample.payload());
@@ -188,6 +232,7 @@ impl Receiver {
     }
 }
 
-fn low_byte(number: u32) -> u8 {
+/// What every byte of the payload of sample `number` is.
+pub(super) fn low_byte(number: u32) -> u8 {
     number.to_le_bytes()[0]
 }
