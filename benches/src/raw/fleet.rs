@@ -12,7 +12,7 @@ use super::child::{CONNECT, CONNECTED, FINISHED, GO, OPEN, READY, RECORDED};
 use hdrhistogram::Histogram;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Write};
 use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -110,9 +110,15 @@ impl Fleet {
     }
 
     fn tell_all(&mut self, line: &str) -> Result<(), RawError> {
-        for child in &mut self.children {
-            let input = child.stdin.as_mut().expect("invariant: the child's input is open");
-            writeln!(input, "{line}").map_err(RawError::process("speak to a child"))?;
+        for index in 0..self.children.len() {
+            let input = self.children[index].stdin.as_mut();
+            let input = input.expect("invariant: the child's input is open");
+            match writeln!(input, "{line}") {
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => {
+                    return Err(self.ended(index));
+                }
+                written => written.map_err(RawError::process("speak to a child"))?,
+            }
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! All-to-all rounds: every process sends one sample to all others and waits for theirs.
 //!
-//! Over iceoryx2 one service connects all; it delivers a process its own samples too, which are
-//! received and not counted. Over datagrams a process sends one to each other. No process can be more than one round ahead of another, because its next round needs
+//! Over iceoryx2 one service connects all; it delivers a process its own samples too, which a round
+//! waits for like the others, so that they cannot pile up. Over datagrams a process sends one to each other. No process can be more than one round ahead of another, because its next round needs
 //! a sample of everybody. Child 0 reads the clock once a round; nobody else reads it.
 
 use super::RawError;
@@ -70,16 +70,16 @@ pub fn take_part(
             // Everybody starts with another peer, so that no queue is filled by all at once.
             let others = (1..processes).map(|step| (index + step) % processes);
             link.connect(child.area(), others)?;
-            exchange(child, index, processes, link, exchanges)
+            exchange(child, index, processes - 1, link, exchanges)
         }
     }
 }
 
-/// Plays rounds over `link`.
+/// Plays rounds over `link`, which delivers `awaited` samples a round.
 fn exchange(
     mut child: Child,
     index: u32,
-    processes: u32,
+    awaited: u32,
     mut link: impl Link,
     Exchanges { warm_up, measured }: Exchanges,
 ) -> Result<(), RawError> {
@@ -90,9 +90,8 @@ fn exchange(
     for round in 0..warm_up + measured {
         link.send(SampleHeader { source: index, number: round, published_ns: 0 })?;
         let parity = (round % 2) as usize;
-        while arrived[parity] < processes - 1 {
+        while arrived[parity] < awaited {
             match link.receive()? {
-                Some(header) if header.source == index => {}
                 Some(header) if header.number == round || header.number == round + 1 => {
                     arrived[(header.number % 2) as usize] += 1;
                 }
