@@ -102,7 +102,8 @@ impl<'a> RealFleet<'a> {
             move |error: &dyn std::error::Error| PlayError::Failed(format!("{what}: {error}"))
         };
         let root = RunRoot::create().map_err(|error| failed("no place for the run")(&error))?;
-        let host = IceoryxHost::create(root.paths(), HostOptions::new(options.processes()))
+        // Crafts reckon with a centre, whether or not the fleet has one.
+        let host = IceoryxHost::create(root.paths(), HostOptions::new(options.crafts + 1))
             .map_err(|error| failed("no services")(&error))?;
         let mut endpoint =
             host.endpoint(options.wake).map_err(|error| failed("no ports")(&error))?;

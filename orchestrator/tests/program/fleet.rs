@@ -2,6 +2,7 @@
 
 use crate::invocation::Place;
 use serde_json::Value;
+use shared_types::wire::StrategyKind;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The part of a JSON report that no clock, host or path may touch, as it was printed.
@@ -83,6 +84,19 @@ fn every_strategy_walks_the_same_path() {
         let cells = deterministic["cells"].as_array().unwrap();
         assert!(cells.iter().all(|cell| cell["agrees_with_oracle"] == true), "{words}");
     }
+}
+
+/// What a strategy needs must not come from another one of the same run.
+#[test]
+fn every_strategy_runs_alone_however_processes_wait() {
+    let place = Place::for_fleets();
+    for strategy in StrategyKind::ALL {
+        for wake in ["poll", "adaptive", "block"] {
+            let words = ["run", "planetary-survey", "--trials", "2", "--strategy", strategy.name()];
+            place.run(&[&words[..], &["--wake", wake]].concat()).expect_code(0);
+        }
+    }
+    place.assert_nothing_left(&[]);
 }
 
 /// Nothing is delivered under `null`, which must play to the same end all the same.
