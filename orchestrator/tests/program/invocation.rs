@@ -234,10 +234,15 @@ impl Drop for Invocation {
 }
 
 impl Finished {
+    /// Its exit code, `None` if a signal ended it.
+    pub(crate) fn code(&self) -> Option<i32> {
+        self.status.code()
+    }
+
     /// Fails with everything that was printed unless the exit code is `code`.
     #[track_caller]
     pub(crate) fn expect_code(self, code: i32) -> Self {
-        assert_eq!(self.status.code(), Some(code), "{self}");
+        assert_eq!(self.code(), Some(code), "{self}");
         self
     }
 
