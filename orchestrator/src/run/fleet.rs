@@ -11,7 +11,7 @@ use crate::launch::os_process::Launcher;
 use crate::launch::placement::Placement;
 use crate::launch::run_root::RunRoot;
 use crate::supervision::shutdown::{Graces, ShutdownReport, end_fleet};
-use crate::supervision::signals::{Signals, Urgency};
+use crate::supervision::signals::Signals;
 use crate::supervision::watch::Watch;
 use agent::process::startup::AgentArguments;
 use shared_types::ids::{CraftId, Incarnation};
@@ -139,20 +139,17 @@ impl<'a> RealFleet<'a> {
         self.ready_ns.get_or_insert(now.since(self.spawned));
     }
 
-    /// Ends every process, orderly if there is time, and removes everything that the run left.
+    /// Ends every process and removes everything that the run left. Processes may end by themselves
+    /// unless the user asks a second time.
     #[must_use]
-    pub(super) fn end(mut self, urgency: Urgency) -> FleetEnd {
-        let graces = match urgency {
-            Urgency::Orderly => Graces::ORDERLY,
-            Urgency::Immediate => Graces::IMMEDIATE,
-        };
+    pub(super) fn end(mut self) -> FleetEnd {
         // Who does not hear it is ended by signals.
         let _unheard = self.send(Destination::Turn, Kind::Stop, u32::MAX, &[]);
         if self.options.has_centre {
             let centre = Destination::Craft(CraftId(self.options.crafts));
             let _unheard = self.send(centre, Kind::Stop, u32::MAX, &[]);
         }
-        let ended = end_fleet(&mut self.watch, graces, Some(self.signals));
+        let ended = end_fleet(&mut self.watch, Graces::ORDERLY, Some(self.signals));
         let Self { watch, endpoint, _host, root, .. } = self;
         drop((watch, endpoint, _host));
         let left = root.remove().err();

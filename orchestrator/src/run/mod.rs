@@ -24,7 +24,7 @@ use crate::launch::os_process::Launcher;
 use crate::outcome::Outcome;
 use crate::results::event::Event;
 use crate::results::store::{Store, StoreError};
-use crate::supervision::signals::{Signals, Urgency};
+use crate::supervision::signals::Signals;
 use agent::simulation::Simulation;
 use backend::{Backend, SimulatedFleet};
 use epoch::Rules;
@@ -144,25 +144,14 @@ impl<'a> Runner<'a> {
         {
             ended = self.measure(&mut fleet, block, plan, timing)?;
         }
-        let urgency = match ended {
-            Ended::Early(Outcome::Interrupted | Outcome::Terminated | Outcome::TimeLimit) => {
-                Urgency::Immediate
-            }
-            _ => Urgency::Orderly,
-        };
-        self.end_fleet(fleet, plan, urgency)?;
+        self.end_fleet(fleet, plan)?;
         Ok(ended)
     }
 
     /// Ends a fleet and says who did not end by itself, and what could not be removed.
-    fn end_fleet(
-        &mut self,
-        fleet: RealFleet<'_>,
-        plan: &FleetPlan,
-        urgency: Urgency,
-    ) -> Result<(), StoreError> {
-        let end = fleet.end(urgency);
-        for &craft in end.report.killed.iter().filter(|_| urgency == Urgency::Orderly) {
+    fn end_fleet(&mut self, fleet: RealFleet<'_>, plan: &FleetPlan) -> Result<(), StoreError> {
+        let end = fleet.end();
+        for &craft in &end.report.killed {
             let name = plan.scenario.names().craft(craft);
             self.note(format!("{name} did not end by itself and was killed"))?;
         }
