@@ -30,8 +30,6 @@ impl Graces {
     /// The end of a run whose crafts were told to stop. A hundred crafts with all ports open drop them
     /// in about a second on two cores.
     pub const ORDERLY: Self = Self { orderly_ms: 3_000, terminate_ms: 1_000, kill_ms: 5_000 };
-    /// The end that a second Ctrl-C asks for.
-    pub const IMMEDIATE: Self = Self { orderly_ms: 0, terminate_ms: 0, kill_ms: 5_000 };
 }
 
 /// How often a waiting shutdown looks whether only stopped crafts are left, ns.
