@@ -4,6 +4,9 @@
 //! [`transport`] (the port that every craft sends and receives through, with its adapters). Nothing
 //! here decides anything: reasoning and strategies live in the `agent` crate.
 
+#[cfg(not(all(target_os = "linux", target_pointer_width = "64", target_endian = "little")))]
+compile_error!("Slateswarm runs on 64-bit little-endian Linux, 5.9 or newer");
+
 pub mod ids;
 pub mod knowledge;
 pub mod limits;
