@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 const RAW_ROUND: &str = env!("CARGO_BIN_EXE_raw-round");
 const RAW_ONE_WAY: &str = env!("CARGO_BIN_EXE_raw-one-way");
+const DELTA_ONE_WAY: &str = env!("CARGO_BIN_EXE_delta-one-way");
 
 /// A measurement that never ends by itself.
 const ENDLESS: [&str; 4] = ["--processes", "3", "--measured", "1000000000"];
@@ -127,6 +128,22 @@ fn every_round_and_round_trip_is_recorded_and_nothing_stays() {
         assert!(result["time"]["p99"].is_null(), "300 samples do not support a p99: {result}");
         assert_eq!(area.leftovers(), [] as [PathBuf; 0]);
     }
+}
+
+#[test]
+fn every_delta_is_applied_at_the_peer_and_no_run_stays() {
+    let area = TestArea::new("delta");
+    let base = format!("/dev/shm/{}-runs", area.0);
+    let output = area
+        .command(DELTA_ONE_WAY, &["--warm-up", "10", "--measured", "300", "--format", "json"])
+        .env("SLATESWARM_SHM", &base)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(result["time"]["n"], 300, "{result}");
+    assert!(result["time"]["p50"].as_u64().unwrap() > 0, "{result}");
+    assert_eq!(area.leftovers(), [] as [PathBuf; 0]);
 }
 
 #[test]

@@ -62,6 +62,9 @@ pub enum RawError {
         /// What iceoryx2 said.
         detail: String,
     },
+    /// What is measured failed, where it is not a transport of this module.
+    #[error("{0}")]
+    Measured(String),
     /// A sample did not reach every subscriber.
     #[error("sample {number} reached {reached} of {expected} subscribers")]
     Lost {
