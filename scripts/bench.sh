@@ -1,11 +1,14 @@
 #!/usr/bin/env bash
-# The raw baselines, then Slateswarm's turn beside them. See benches/README.md for what each prints.
-# Usage: scripts/bench.sh [PAIRS]          PAIRS of raw round and turn, at least 9 (the default).
+# The raw baselines, then Slateswarm's delta and turn beside them. See benches/README.md for what each
+# prints.
+# Usage: scripts/bench.sh [PAIRS]          PAIRS and triples of each ratio, at least 9 (the default).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 cargo build --release --locked --workspace --bins
 programs=${CARGO_TARGET_DIR:-target}/release
-"$programs/raw-one-way"
-"$programs/raw-round"
+for over in iceoryx2 datagrams blocking-datagrams; do "$programs/raw-one-way" --over "$over"; done
+for over in iceoryx2 datagrams; do "$programs/raw-round" --over "$over"; done
+"$programs/delta-one-way"
+"$programs/one-way-ratio" --triples "${1:-9}"
 "$programs/turn-ratio" --pairs "${1:-9}"

@@ -1,12 +1,14 @@
 //! Baselines that Slateswarm's own figures are set beside, and the comparison of the two.
 //!
 //! [`raw`] measures transports alone, with nothing of ours on the data path; [`delta`] measures the
-//! product's delta path in the same protocol; [`turn_ratio`] alternate such
+//! product's delta path in the same protocol; [`turn_ratio`] and [`one_way_ratio`] alternate such
 //! measurements with the product's own and take the ratios of each pair or triple; [`summary`] says
 //! what of a histogram may be printed. Programs in `src/bin` only parse arguments and print. Not here:
 //! what Slateswarm measures about itself, which is the product's job (`slateswarm compare`).
 
 pub mod delta;
+pub mod one_way_ratio;
+pub mod program;
 pub mod raw;
 pub mod summary;
 pub mod turn_ratio;

@@ -5,43 +5,14 @@
 //! What is asked of `slateswarm` and where its answer lies stand in `arguments_of_slateswarm` and
 //! `turn_of_slateswarm` and nowhere else.
 
+use crate::program::{RatioError, answer_of, figure, median};
 use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
 
 /// Fewest pairs that a ratio may rest on.
 pub const PAIRS_MIN: u32 = 9;
-
-/// Why a comparison gave no result.
-#[derive(Debug, thiserror::Error)]
-pub enum RatioError {
-    /// A program could not be started.
-    #[error("{program}: {source}; build it first: cargo build --release --workspace")]
-    Start {
-        /// Which.
-        program: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A program failed.
-    #[error("{program} failed ({status})")]
-    Failed {
-        /// Which.
-        program: PathBuf,
-        /// How it ended.
-        status: ExitStatus,
-    },
-    /// A program's output is not what was expected.
-    #[error("{program} printed no {wanted}")]
-    NoFigure {
-        /// Which.
-        program: PathBuf,
-        /// What was looked for.
-        wanted: &'static str,
-    },
-}
 
 /// What is compared.
 #[derive(Clone, Debug)]
@@ -147,31 +118,6 @@ fn turn_of_slateswarm(answer: &Value) -> Option<&Value> {
     full.pointer("/figures/turn-time-p50").filter(|figure| figure["unit"] == "ns")?.get("value")
 }
 
-/// Runs `program` to its end and parses its standard output.
-#[expect(clippy::disallowed_methods, reason = "the comparison is between two programs")]
-fn answer_of(program: &Path, arguments: &[OsString]) -> Result<Value, RatioError> {
-    let output = Command::new(program)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stderr(Stdio::inherit())
-        .output()
-        .map_err(|source| RatioError::Start { program: program.to_owned(), source })?;
-    if !output.status.success() {
-        let (program, status) = (program.to_owned(), output.status);
-        return Err(RatioError::Failed { program, status });
-    }
-    serde_json::from_slice(&output.stdout)
-        .map_err(|_| RatioError::NoFigure { program: program.to_owned(), wanted: "JSON" })
-}
-
-/// The positive number `value` of `program`.
-fn figure(program: &Path, wanted: &'static str, value: Option<&Value>) -> Result<f64, RatioError> {
-    value
-        .and_then(Value::as_f64)
-        .filter(|&number| number > 0.0)
-        .ok_or_else(|| RatioError::NoFigure { program: program.to_owned(), wanted })
-}
-
 impl Outcome {
     /// The median of the pairs' ratios.
     ///
@@ -179,14 +125,7 @@ impl Outcome {
     /// If there is no pair.
     #[must_use]
     pub fn median_ratio(&self) -> f64 {
-        let mut ratios: Vec<f64> = self.pairs.iter().map(Pair::ratio).collect();
-        ratios.sort_by(f64::total_cmp);
-        let middle = ratios.len() / 2;
-        if ratios.len() % 2 == 1 {
-            ratios[middle]
-        } else {
-            (ratios[middle - 1] + ratios[middle]) / 2.0
-        }
+        median(self.pairs.iter().map(Pair::ratio)).expect("invariant: there is a pair")
     }
 
     /// Every pair and the median, in ns.
