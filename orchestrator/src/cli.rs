@@ -52,6 +52,8 @@ pub enum Command {
     Reproduce(ReproduceArguments),
     /// Prints the tables of a finished, killed or running run again, from its directory alone.
     Report(ReportArguments),
+    /// Prints a trace of writes and reads for open mode as CSV.
+    Record(RecordArguments),
     /// Lists the presets.
     List,
     /// Prints a preset or the resolved form of a mission file.
@@ -169,6 +171,22 @@ pub struct ScenarioArguments {
     /// Sets any key of the scenario: `--set run.turns=50`.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+}
+
+/// `record`.
+#[derive(Clone, Debug, Args)]
+pub struct RecordArguments {
+    /// A mission file, or the name of a preset.
+    pub scenario: String,
+    /// Sets any key of the scenario: `--set run.rate-per-s=1000 --set run.duration-s=2`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Seed of everything that is drawn.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Trial of the seed.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub trial: u32,
 }
 
 /// [`WakeMode`] on the command line.

@@ -1,7 +1,7 @@
 //! The orchestrator: what starts a fleet, runs it, keeps what it measured and shows it.
 //!
 //! [`cli`] is what a user may type, [`commands`] one file a verb. [`scenario`] turns a file into
-//! networks, [`launch`] and [`supervision`] own processes, [`run`] is the one loop that owns a run,
+//! networks, [`workload`] into traces of open mode, [`launch`] and [`supervision`] own processes, [`run`] is the one loop that owns a run,
 //! [`results`] is what it leaves, and [`report`] reads nothing else.
 
 pub mod cli;
@@ -14,3 +14,4 @@ pub mod results;
 pub mod run;
 pub mod scenario;
 pub mod supervision;
+pub mod workload;

@@ -13,5 +13,6 @@ pub mod limits;
 pub mod rng;
 pub mod scenario;
 pub mod time;
+pub mod trace;
 pub mod transport;
 pub mod wire;

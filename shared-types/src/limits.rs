@@ -68,6 +68,9 @@ pub const PREMISES_MAX: u32 = 255;
 /// Most changes per second of an offered load; above it times in nanoseconds coincide.
 pub const RATE_PER_S_MAX: f64 = 1e9;
 
+/// Most writes, and most reads, that a drawn trace has on average.
+pub const TRACE_RECORDS_MAX: f64 = 2e7;
+
 /// Longest trial of a stated duration, in seconds: a year.
 pub const DURATION_S_MAX: f64 = 31_536_000.0;
 

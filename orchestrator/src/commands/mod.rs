@@ -8,6 +8,7 @@ pub mod compare;
 pub mod doctor;
 mod execute;
 mod progress;
+pub mod record;
 pub mod report;
 pub mod reproduce;
 
@@ -19,6 +20,7 @@ use crate::outcome::Outcome;
 use crate::report::table::Colour;
 use crate::report::{Look, Report};
 use crate::scenario::{Base, Override, ResolvedScenario, ScenarioError, environment, load};
+use crate::workload::TraceError;
 use clap::CommandFactory;
 use std::io::{IsTerminal as _, Write as _};
 
@@ -40,6 +42,12 @@ pub struct Refusal {
 
 impl From<ScenarioError> for Refusal {
     fn from(error: ScenarioError) -> Self {
+        Self { report: error.into() }
+    }
+}
+
+impl From<TraceError> for Refusal {
+    fn from(error: TraceError) -> Self {
         Self { report: error.into() }
     }
 }
@@ -68,6 +76,7 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
         Command::Simulate(arguments) => run::run(arguments, true, setting),
         Command::Reproduce(arguments) => reproduce::reproduce(arguments, setting),
         Command::Report(arguments) => report::report(arguments, setting),
+        Command::Record(arguments) => record::record(arguments),
         Command::List => scenario::list(setting),
         Command::Show(arguments) => scenario::show(arguments),
         Command::Validate(arguments) => scenario::validate(arguments, setting),

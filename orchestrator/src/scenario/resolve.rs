@@ -11,7 +11,7 @@ use super::reach::Reached;
 use super::validate;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{BoardNetwork, Topology};
-use shared_types::scenario::{CraftCount, OneOrMany, RunMode, Scenario, SendPolicy};
+use shared_types::scenario::{CraftCount, OneOrMany, RunMode, Scenario, SendPolicy, Trace};
 use shared_types::wire::{EpochSpec, StrategyKind};
 
 /// A scenario that can be run as it stands. Written back as TOML it reads as the same value.
@@ -169,8 +169,9 @@ fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
             "`link.bandwidth-bits-per-s` is checked but not run yet",
         ),
         (!link.outages.is_empty(), "`link.outages` are checked but not run yet"),
-        (run.rate_per_s.is_some(), "`run.rate-per-s` is checked but not run yet"),
-        (run.duration_s.is_some(), "`run.duration-s` is checked but not run yet"),
+        (run.rate_per_s.is_some(), "`run.rate-per-s` acts in `record` only, so far"),
+        (run.duration_s.is_some(), "`run.duration-s` acts in `record` only, so far"),
+        (scenario.trace != Trace::default(), "`trace` acts in `record` only, so far"),
         (!faults.process.is_empty(), "`faults` are checked but not run yet"),
         (
             !is_simulated && !links.is_instant(),

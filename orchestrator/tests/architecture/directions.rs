@@ -49,6 +49,7 @@ const RULES: &[Rule] = &[
     },
     Rule { module: "shared_types::knowledge", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "shared_types::rng", never: OUTSIDE, because: NO_OUTSIDE },
+    Rule { module: "shared_types::trace", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "shared_types::scenario", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "shared_types::transport::memory", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::blackboard", never: OUTSIDE, because: NO_OUTSIDE },
@@ -126,6 +127,19 @@ const RULES: &[Rule] = &[
             "orchestrator::supervision",
         ],
         because: "a scenario is read and checked before anything runs",
+    },
+    Rule {
+        module: "orchestrator::workload",
+        never: &[
+            "orchestrator::cli",
+            "orchestrator::commands",
+            "orchestrator::launch",
+            "orchestrator::report",
+            "orchestrator::results",
+            "orchestrator::run",
+            "orchestrator::supervision",
+        ],
+        because: "a trace is fixed before anything runs",
     },
     Rule {
         module: "orchestrator::launch",

@@ -10,6 +10,7 @@ mod network;
 mod one_or_many;
 mod replication;
 mod run;
+mod trace;
 
 pub use fleet::{CraftCount, CraftEntry, Fleet, Pinning, Tier, TierCounts, TopologySection, Tree};
 pub use link::{Faults, FromPositions, Link, Outage, ProcessFault};
@@ -18,6 +19,7 @@ pub use network::{GeneratedNetwork, LinkingModel};
 pub use one_or_many::OneOrMany;
 pub use replication::{RECORD_BYTES_MIN, Replication, SendPolicy};
 pub use run::{Run, RunMode};
+pub use trace::Trace;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -39,6 +41,8 @@ pub struct Scenario {
     pub replication: Replication,
     /// How often, how long, from which seed.
     pub run: Run,
+    /// What is written and read in open mode.
+    pub trace: Trace,
     /// The way between two crafts.
     pub link: Link,
     /// What happens to crafts.

@@ -294,6 +294,13 @@ fn numbers_out_of_bounds() {
 + [run]\nrate-per-s = 0 | 2:14 | a rate of 0 is impossible | more than 0
 + [run]\nrate-per-s = -5 | 2:14 | a rate of -5 is impossible | more than 0
 + [run]\nrate-per-s = inf | 2:14 | a rate of inf is impossible | more than 0
++ [run]\nrate-per-s = 1e6\nduration-s = 21 | 3:14 | a trace of 21000000 events | shorten one
++ [trace]\nburst = 0 | 2:9 | bursts of 0 | use 1 to 1024
++ [trace]\nboundary-fraction = -0.1 | 2:21 | a boundary fraction of -0.1 | a share
++ [trace]\nboundary-fraction = nan | 2:21 | a boundary fraction of NaN | a share
++ [trace]\nsharers = 2 | 2:11 | without a boundary fraction | as well
++ [trace]\nboundary-fraction = 1\nsharers = 0 | 3:11 | nobody shares | at least 1
++ [trace]\nreads-per-s = -1 | 2:15 | -1 reads | use 0 to
 + [run]\nduration-s = nan | 2:14 | a duration of NaN is impossible | more than 0
 + [link]\ndelay-ms = -1 | 2:12 | a delay of -1 ms is impossible | use 0 to
 + [link]\nloss = 1.5 | 2:8 | a loss of 1.5 is impossible | a share
