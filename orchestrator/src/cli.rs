@@ -83,6 +83,9 @@ pub struct CommonArguments {
     /// Trials for each strategy, all strategies on the same seeds.
     #[arg(long, value_name = "N")]
     pub trials: Option<u32>,
+    /// Fresh launches of each fleet over which turn times are measured; 9 and more name winners.
+    #[arg(long, value_name = "N")]
+    pub blocks: Option<u32>,
     /// Seed of everything that is drawn.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

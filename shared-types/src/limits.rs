@@ -102,6 +102,9 @@ pub const OPEN_FILES_MIN: u64 = 4096;
 /// differ from the independent replay.
 pub const CRAFTS_RECORDED_MAX: usize = 1024;
 
+/// Most blocks of a run, fresh launches of each of its fleets.
+pub const BLOCKS_MAX: u32 = 1000;
+
 /// Fewest blocks, fresh launches of a fleet, with which a comparison of times names a winner.
 pub const WINNER_BLOCKS_MIN: u32 = 9;
 

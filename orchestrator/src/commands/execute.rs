@@ -9,9 +9,11 @@ use crate::launch::placement::{Placement, Processors};
 use crate::launch::run_root::clean_dead_runs;
 use crate::outcome::Outcome;
 use crate::results::provenance::{Provenance, RunIdentity};
+use crate::results::record::Label;
 use crate::results::store::{Place, Store};
 use crate::results::summary::Summary;
 use crate::run::demand::demand;
+use crate::run::order::{balanced_orders, labels};
 use crate::run::plan::{FleetPlan, RunPlan, TimingPlan};
 use crate::run::{Progress as _, Runner};
 use crate::scenario::ResolvedScenario;
@@ -101,13 +103,20 @@ fn plan(
     });
     let processors = processors(&first.fleet)?;
     let mut draws = Stream::new(first.run.seed, 0, Purpose::Order, 0);
-    let fleets = scenarios.into_iter().map(|scenario| {
+    let blocks = if is_timed { first.run.blocks } else { 1 };
+    let mut orders: Vec<_> = scenarios
+        .iter()
+        .map(|scenario| orders_of(scenario, is_timed, blocks).into_iter())
+        .collect();
+    let launches = (0..blocks).flat_map(|_| scenarios.iter().cloned().enumerate());
+    let fleets = launches.map(|(fleet, scenario)| {
         let strategies = scenario.strategies().to_vec();
+        let order = orders[fleet].next().unwrap_or_default();
         let has_centre = strategies.iter().any(|strategy| strategy.has_centre());
         let processes = scenario.craft_count() + u32::from(has_centre);
         let pinning = scenario.scenario().fleet.pinning;
         let placement = Placement::draw(&processors, pinning, processes, &mut draws);
-        FleetPlan { scenario, strategies, placement }
+        FleetPlan { scenario, strategies, order, placement }
     });
     Ok(RunPlan {
         fleets: fleets.collect(),
@@ -119,6 +128,18 @@ fn plan(
         turn_limit_ns: u64::from(first.run.turn_limit_ms) * 1_000_000,
         time_limit_s: common.time_limit_s,
     })
+}
+
+/// What is timed in each block of a fleet, in which order.
+fn orders_of(scenario: &ResolvedScenario, is_timed: bool, blocks: u32) -> Vec<Vec<Label>> {
+    if !is_timed {
+        return Vec::new();
+    }
+    let labels = labels(scenario.strategies(), blocks);
+    let seed = scenario.scenario().run.seed;
+    // Placement draws from the stream of craft 0; no fleet has no craft.
+    let mut stream = Stream::new(seed, 0, Purpose::Order, scenario.craft_count());
+    balanced_orders(&labels, blocks, &mut stream)
 }
 
 /// The processors that the fleet may use.

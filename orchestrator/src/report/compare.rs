@@ -5,7 +5,7 @@
 //! cells; how much they exceed strategy `null` is what a strategy costs.
 
 use super::table::{Colour, Table, clip, column, short, wrap};
-use super::{Look, Report, details, document, incidents};
+use super::{Look, Report, details, document, incidents, pairs};
 use crate::results::figure::Figure;
 use crate::results::record::TrialEnd;
 use crate::results::statistics::Quantile;
@@ -16,6 +16,8 @@ use std::path::PathBuf;
 
 /// Signs of a count that is set beside a published one.
 const REQUEST_SIGNS: usize = 5;
+/// Signs of the width of an interval.
+const SPREAD_SIGNS: usize = 3;
 /// Signs of the other numbers.
 const SIGNS: usize = 4;
 
@@ -49,6 +51,7 @@ impl Report for Compare {
     fn table(&self, look: Look) -> String {
         let mut text = heading(&self.summary, look.colour);
         text += &self.main_table().render(look.colour);
+        text += &pairs::ratios(&self.summary, look.colour);
         text += &incidents::incidents(&self.summary, look.all, look.colour);
         text += "\n";
         text += &self.legend();
@@ -79,8 +82,8 @@ impl Compare {
             column("means a trial", "bytes"),
             column("means a trial", "hops"),
             column("turn time, us", "p50"),
+            column("turn time, us", "+-%"),
             column("turn time, us", tail.name),
-            column("turn time, us", "max"),
             column("turn time, us", "over"),
             column("CPU", "over"),
         ]);
@@ -105,10 +108,11 @@ impl Compare {
         for metric in ["transmissions", "deliveries", "bytes", "hops"] {
             cells.push(short(count(metric), SIGNS));
         }
+        cells.push(short(microseconds("turn-time-p50"), SIGNS));
+        let spread = timed.and_then(|cell| cell.figures.value("turn-time-p50-spread"));
+        cells.push(short(spread, SPREAD_SIGNS));
         for metric in [
-            "turn-time-p50",
             &format!("turn-time-{}", tail.name),
-            "turn-time-max",
             "turn-time-p50-over-null",
             "cpu-per-turn-over-null",
         ] {
@@ -139,6 +143,18 @@ impl Compare {
         }
         if !self.summary.timing.records.is_empty() {
             text += &legend_of_times();
+            if self
+                .summary
+                .timing
+                .cells
+                .iter()
+                .any(|cell| cell.figures.value("turn-time-p50-spread").is_some())
+            {
+                text += &wrap(
+                    "+-%           ",
+                    "half the 95 % interval of p50 over blocks, in % of it",
+                );
+            }
         }
         text
     }

@@ -24,6 +24,7 @@ pub(super) fn details(summary: &Summary, colour: Colour) -> String {
     let mut text = String::new();
     let parts = [
         ("Turn time, us", quantiles(summary)),
+        ("Turn time, us, 95 % intervals over blocks", intervals(summary)),
         ("Excess of turn time over null, us", excess(summary)),
         ("Cost", costs(summary)),
         ("Counts, means a trial", counts(summary)),
@@ -98,6 +99,28 @@ fn quantiles(summary: &Summary) -> Table {
         cells.push(microseconds(figures, "turn-time-mean"));
         cells.push(exact(figures.value("second-half-ratio"), 2));
         cells
+    });
+    table
+}
+
+fn intervals(summary: &Summary) -> Table {
+    const SHOWN: [(&str, &str); 4] = [
+        ("p50", "turn-time-p50"),
+        ("p99", "turn-time-p99"),
+        ("p50 over null", "turn-time-p50-over-null"),
+        ("CPU over null", "cpu-per-turn-over-null"),
+    ];
+    let mut columns = vec![column("", "strategy")];
+    columns.extend(SHOWN.iter().flat_map(|(name, _)| [column(name, "low"), column(name, "high")]));
+    let mut table = Table::new(&columns);
+    let has_interval =
+        |figures: &Figures| figures.get("turn-time-p50").is_some_and(|figure| figure.low.is_some());
+    timed(summary, &mut table, has_interval, |figures| {
+        let ends = SHOWN.iter().flat_map(|(_, metric)| {
+            let figure = figures.get(metric);
+            [figure.and_then(|figure| figure.low), figure.and_then(|figure| figure.high)]
+        });
+        ends.map(|end| short(end.map(|ns| ns / 1e3), SIGNS)).collect()
     });
     table
 }

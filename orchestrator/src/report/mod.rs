@@ -8,6 +8,7 @@ pub mod compare;
 mod details;
 mod document;
 mod incidents;
+mod pairs;
 pub mod published;
 pub mod ranges;
 pub mod reproduce;

@@ -9,7 +9,8 @@ use crate::results::event::{Event, ProcessEnd};
 use crate::results::figure::Figure;
 use crate::results::read::read_run;
 use crate::results::record::{FinalFact, TrialEnd};
-use crate::results::sample::{STRATEGIES, leave_run, provenance, timing, trial};
+use crate::results::sample::{STRATEGIES, leave_blocks, leave_run, provenance, timing, trial};
+use crate::results::statistics::{Distribution, histogram_of};
 use crate::results::store::{Place, Store, TRIALS_FILE};
 use crate::results::summary::Summary;
 use serde_json::Value;
@@ -67,16 +68,16 @@ pub(super) fn assert_narrow(text: &str) {
 
 const SMALL_RUN: &str = "\
 paper, seed 7: release build 0123456789ab on Linux 6.8.0, A processor
-                     requests          means a trial       turn time, us  CPU
-strategy         ours  publ.  trans deliv bytes hops  p50  p99  max over over
+                     requests          means a trial  turn time, us  CPU
+strategy         ours  publ.  trans deliv bytes hops  p50  p99 over over
 2 crafts, 1.0-1.5 processes per core, 10 trials, 1000 turns timed
-null              0.0=      -   0.0   0.0   0.0  0.0 27.0 31.9 32.0    -    -
-full              4.6=  13.8    4.6   4.6   460  4.6 32.0 36.9 37.0  5.0  5.0
-boundary          2.8=      -   2.8   2.8   280  2.8 37.0 41.9 42.0 10.0 10.0
-limited           2.8=  13.8*   2.8   2.8   280  2.8 42.0 46.9 47.0 15.0 15.0
-hierarchy         3.7=      -   3.7   3.7   370  3.7 47.0 51.9 52.0 20.0 20.0
-central         473.2=      -   946   946   95k  473 57.0 61.9 62.0 30.0 30.0
-central-batched  13.2=      -  26.4  26.4  2640 13.2 62.0 66.9 67.0 35.0 35.0
+null              0.0=      -   0.0   0.0   0.0  0.0 27.0 31.9    -    -
+full              4.6=  13.8    4.6   4.6   460  4.6 32.0 36.9  5.0  5.0
+boundary          2.8=      -   2.8   2.8   280  2.8 37.0 41.9 10.0 10.0
+limited           2.8=  13.8*   2.8   2.8   280  2.8 42.0 46.9 15.0 15.0
+hierarchy         3.7=      -   3.7   3.7   370  3.7 47.0 51.9 20.0 20.0
+central         473.2=      -   946   946   95k  473 57.0 61.9 30.0 30.0
+central-batched  13.2=      -  26.4  26.4  2640 13.2 62.0 66.9 35.0 35.0
 
 request       all changes of one firing over one hop; a multicast is one
 = !           counts of all trials equal the independent replay's; or do not
@@ -127,8 +128,9 @@ fn no_table_is_wider_than_a_terminal() {
             record.deterministic.crafts[0].name = "a-very-long-name-of-a-craft-indeed".into();
             store.append_trial(&record).unwrap();
             let (mut record, mut times) = timing(128, strategy, 20_000);
-            times.saturating_record(59_999_999_999);
-            record.turn_time = crate::results::statistics::Distribution::of(&times);
+            times[0].push(59_999_999_999);
+            let all = histogram_of(times.iter().flatten().copied());
+            record.turn_time = Distribution::of(&all);
             record.fleet_cpu_ns *= 4000;
             store.append_timing(&record, &times).unwrap();
         }
@@ -194,7 +196,7 @@ fn numbers_in_csv(text: &str) -> BTreeMap<Key, BTreeSet<String>> {
     for row in csv::Reader::from_reader(text.as_bytes()).records() {
         let row = row.unwrap();
         let set = found.entry((row[1].parse().unwrap(), row[2].to_owned())).or_default();
-        for cell in [&row[3], &row[6], &row[7]] {
+        for cell in [&row[3], &row[6], &row[7], &row[8], &row[9]] {
             if let Ok(value) = cell.parse::<f64>() {
                 set.extend(forms(value));
             }
@@ -352,4 +354,22 @@ fn a_mission_says_who_reached_the_final_fact() {
     ] {
         assert!(text.contains(told), "{told}\n{text}");
     }
+}
+
+#[test]
+fn ratios_stand_beside_their_intervals_with_what_they_are_worth() {
+    let place = tempfile::tempdir().unwrap();
+    let summary = leave_blocks(&place.path().join("nine"), 7, 9, 1.2);
+    let text = compare_of(summary.clone()).table(FIRST_SCREEN);
+    assert_narrow(&text);
+    for told in ["over that of boundary, and 95 % interval, 9 blocks", ">\n", "A-A floor", "+-%"] {
+        assert!(text.contains(told), "{told}\n{text}");
+    }
+    let ratio = short(Some(summary.timing.compared[0].comparison.ratio), 4);
+    assert!(text.contains(&format!(" {ratio} ")), "{ratio}\n{text}");
+    let csv = compare_of(summary).csv();
+    assert!(csv.contains("turn-time-p50-to-boundary-verdict,winner"), "{csv}");
+    let few = compare_of(leave_blocks(&place.path().join("three"), 7, 3, 1.2));
+    assert!(few.table(FIRST_SCREEN).contains("`--blocks 9` may"), "{}", few.table(FIRST_SCREEN));
+    assert_narrow(&few.table(ALL));
 }

@@ -34,6 +34,9 @@ pub enum Event {
         size: u32,
         /// Processes, a centre counted.
         processes: u32,
+        /// Labels in the order in which they are measured; empty if no times are.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        order: Vec<String>,
     },
     /// Every craft of the fleet has its ports open.
     FleetReady {

@@ -64,6 +64,13 @@ impl Figures {
         self.0.insert(metric.to_owned(), figure);
     }
 
+    /// Gives the figure of `metric` its interval; one that is a dash has none.
+    pub fn within(&mut self, metric: &str, interval: Option<(f64, f64)>) {
+        if let Some(figure) = self.0.get_mut(metric).filter(|figure| figure.value.is_some()) {
+            (figure.low, figure.high) = interval.unzip();
+        }
+    }
+
     /// The figure of `metric`, if the row has it at all.
     #[must_use]
     pub fn get(&self, metric: &str) -> Option<&Figure> {

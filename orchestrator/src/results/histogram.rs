@@ -1,6 +1,8 @@
 //! Histograms as text: `.hlog` (V2 interval log, lossless, read by the usual HdrHistogram tools and
 //! by us) and `.hgrm` (percentile table, for plots and eyes).
 
+use super::inference::quantiles::Slice;
+use super::statistics::time_histogram;
 use base64::Engine as _;
 use hdrhistogram::Histogram;
 use hdrhistogram::serialization::interval_log::{
@@ -24,35 +26,48 @@ pub enum LogError {
     Damaged(usize),
 }
 
-/// `histogram` as an interval log of one interval that began `start_ns` into the run. Its length is
-/// the sum of its values, which for turn times is the time measured.
+/// `slices` of times in ns as an interval log, one interval a slice, the first `start_ns` into the run.
+/// The length of an interval is the sum of its values, which for turn times is the time measured.
 ///
 /// # Panics
 /// Never: memory takes every log.
 #[must_use]
-pub fn to_interval_log(histogram: &Histogram<u64>, start_ns: u64) -> String {
-    let sum_ns: u128 = histogram
-        .iter_recorded()
-        .map(|step| u128::from(step.value_iterated_to()) * u128::from(step.count_at_value()))
-        .sum();
-    let length = Duration::from_nanos(u64::try_from(sum_ns).unwrap_or(u64::MAX));
+pub fn to_interval_log(slices: &[Vec<u64>], start_ns: u64) -> String {
     let (mut text, mut serializer) = (Vec::new(), V2DeflateSerializer::new());
-    IntervalLogWriterBuilder::new()
+    let mut builder = IntervalLogWriterBuilder::new();
+    let mut writer = builder
         .add_comment("[Histogram log format version 1.3]")
         .add_comment("[values in ns; timestamps in seconds since the run began]")
         .begin_log_with(&mut text, &mut serializer)
-        .expect("invariant: memory takes every log")
-        .write_histogram(histogram, Duration::from_nanos(start_ns), length, None)
         .expect("invariant: memory takes every log");
+    let (mut began, mut histogram) = (Duration::from_nanos(start_ns), time_histogram());
+    for slice in slices {
+        histogram.reset();
+        slice.iter().for_each(|&time_ns| histogram.saturating_record(time_ns));
+        let length = Duration::from_nanos(slice.iter().copied().fold(0, u64::saturating_add));
+        writer
+            .write_histogram(&histogram, began, length, None)
+            .expect("invariant: memory takes every log");
+        began = began.saturating_add(length);
+    }
     String::from_utf8(text).expect("invariant: interval logs are ASCII")
 }
 
-/// All intervals of a log in one histogram.
+/// What an interval log holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntervalLog {
+    /// All intervals together.
+    pub all: Histogram<u64>,
+    /// The values of each interval.
+    pub slices: Vec<Slice>,
+}
+
+/// Reads an interval log.
 ///
 /// # Errors
 /// If there is no interval, or one cannot be decoded.
-pub fn from_interval_log(text: &str) -> Result<Histogram<u64>, LogError> {
-    let mut all: Option<Histogram<u64>> = None;
+pub fn from_interval_log(text: &str) -> Result<IntervalLog, LogError> {
+    let (mut all, mut slices): (Option<Histogram<u64>>, _) = (None, Vec::new());
     let entries = IntervalLogIterator::new(text.as_bytes());
     for (number, entry) in entries.enumerate() {
         let damaged = || LogError::Damaged(number);
@@ -62,12 +77,14 @@ pub fn from_interval_log(text: &str) -> Result<Histogram<u64>, LogError> {
             .map_err(|_| damaged())?;
         let one: Histogram<u64> =
             Deserializer::new().deserialize(&mut bytes.as_slice()).map_err(|_| damaged())?;
+        let steps = one.iter_recorded();
+        slices.push(steps.map(|step| (step.value_iterated_to(), step.count_at_value())).collect());
         match &mut all {
             Some(all) => all.add(&one).map_err(|_| damaged())?,
             None => all = Some(one),
         }
     }
-    all.ok_or(LogError::Empty)
+    Ok(IntervalLog { all: all.ok_or(LogError::Empty)?, slices })
 }
 
 /// `histogram` as a percentile table in the format of the usual plotters. Values in ns.
@@ -108,24 +125,26 @@ mod tests {
     #[test]
     fn an_interval_log_gives_back_the_very_histogram() {
         let mut histogram = time_histogram();
-        (1..2000_u64).for_each(|value| histogram.saturating_record(value * value));
-        let log = to_interval_log(&histogram, 5_000_000);
-        assert_eq!(from_interval_log(&log), Ok(histogram));
+        let slices: Vec<Vec<u64>> = vec![(1..900).collect(), (900..2000).map(|v| v * v).collect()];
+        slices.iter().flatten().for_each(|&value| histogram.saturating_record(value));
+        let log = from_interval_log(&to_interval_log(&slices, 5_000_000)).unwrap();
+        assert_eq!(log.all, histogram);
+        let counts: Vec<u64> =
+            log.slices.iter().map(|slice| slice.iter().map(|&(_, count)| count).sum()).collect();
+        assert_eq!(counts, [899, 1100]);
     }
 
     #[test]
     fn an_empty_histogram_survives_too() {
-        let log = to_interval_log(&time_histogram(), 0);
-        assert_eq!(from_interval_log(&log).map(|histogram| histogram.len()), Ok(0));
+        let log = from_interval_log(&to_interval_log(&[Vec::new()], 0)).unwrap();
+        assert_eq!((log.all.len(), log.slices), (0, vec![Vec::new()]));
     }
 
     #[test]
     fn intervals_are_added_up_and_damage_is_named() {
-        let mut histogram = time_histogram();
-        histogram.saturating_record(7);
-        let log = to_interval_log(&histogram, 0);
+        let log = to_interval_log(&[vec![7]], 0);
         let twice = format!("{log}{}", log.lines().last().unwrap());
-        assert_eq!(from_interval_log(&format!("{twice}\n")).map(|both| both.len()), Ok(2));
+        assert_eq!(from_interval_log(&format!("{twice}\n")).map(|both| both.all.len()), Ok(2));
         assert_eq!(from_interval_log("#nothing\n"), Err(LogError::Empty));
         let torn = &log[..log.len() - 20];
         assert!(from_interval_log(torn).is_err());

@@ -63,6 +63,8 @@ pub fn trial_lines(record: &TrialRecord) -> Vec<u8> {
 #[must_use]
 pub fn timing_lines(record: &TimingRecord) -> Vec<u8> {
     let mut rows = Rows::new(record.cell, "timed", "");
+    rows.label = record.label().to_string();
+    rows.push(FLEET, "place", record.place, "cell");
     rows.push(FLEET, "epochs", record.epochs, "epoch");
     rows.push(FLEET, "turns", record.turns, "turn");
     rows.push(FLEET, "warm-up-turns", record.warm_up_turns, "turn");
@@ -93,6 +95,7 @@ pub fn timing_lines(record: &TimingRecord) -> Vec<u8> {
 /// Rows that share a cell, a phase and a trial.
 struct Rows {
     cell: Cell,
+    label: String,
     phase: &'static str,
     trial: String,
     rows: Vec<[String; HEADER.len()]>,
@@ -100,14 +103,15 @@ struct Rows {
 
 impl Rows {
     fn new(cell: Cell, phase: &'static str, trial: &str) -> Self {
-        Self { cell, phase, trial: trial.to_owned(), rows: Vec::new() }
+        let label = cell.strategy.to_string();
+        Self { cell, label, phase, trial: trial.to_owned(), rows: Vec::new() }
     }
 
     fn push(&mut self, craft: &str, metric: &str, value: impl ToString, unit: &str) {
         self.rows.push([
             self.cell.block.to_string(),
             self.cell.size.to_string(),
-            self.cell.strategy.to_string(),
+            self.label.clone(),
             self.phase.to_owned(),
             self.trial.clone(),
             craft.to_owned(),

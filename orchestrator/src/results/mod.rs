@@ -10,6 +10,7 @@ pub mod figure;
 pub mod histogram;
 pub mod inference;
 pub mod measurements;
+pub mod pairs;
 pub mod provenance;
 pub mod read;
 pub mod record;

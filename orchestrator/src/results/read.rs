@@ -5,6 +5,7 @@
 
 use super::event::{Event, EventLine};
 use super::histogram::from_interval_log;
+use super::inference::quantiles::Slice;
 use super::provenance::Provenance;
 use super::record::{TimingRecord, TrialRecord};
 use super::store::{
@@ -58,6 +59,8 @@ pub struct TimedCell {
     pub record: TimingRecord,
     /// Turn times, ns.
     pub turn_times: Option<Histogram<u64>>,
+    /// The same epoch by epoch; empty where they could not be read.
+    pub slices: Vec<Slice>,
 }
 
 /// Everything that a run's directory says.
@@ -177,9 +180,10 @@ impl Reader<'_> {
 
     fn timed(&mut self, record: TimingRecord) -> TimedCell {
         let name = format!("{}.hlog", record.file_stem());
-        let turn_times = self.text(&name).and_then(|text| {
+        let log = self.text(&name).and_then(|text| {
             from_interval_log(&text).map_err(|error| self.lacks(&name, error.to_string())).ok()
         });
-        TimedCell { record, turn_times }
+        let (turn_times, slices) = log.map(|log| (log.all, log.slices)).unzip();
+        TimedCell { record, turn_times, slices: slices.unwrap_or_default() }
     }
 }

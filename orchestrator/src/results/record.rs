@@ -20,6 +20,34 @@ pub struct Cell {
     pub strategy: StrategyKind,
 }
 
+/// A strategy under one of its labels. One that enters a block several times differs from itself by
+/// chance alone: that is the floor below which no difference counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Label {
+    /// How changes are replicated.
+    pub strategy: StrategyKind,
+    /// 0 for the strategy itself, 1 for its second entry in a block, and so on.
+    pub again: u32,
+}
+
+impl Label {
+    /// `strategy` itself.
+    #[must_use]
+    pub const fn first(strategy: StrategyKind) -> Self {
+        Self { strategy, again: 0 }
+    }
+}
+
+impl std::fmt::Display for Label {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.again {
+            0 => write!(formatter, "{}", self.strategy),
+            1 => write!(formatter, "{} (again)", self.strategy),
+            times => write!(formatter, "{} (again {times})", self.strategy),
+        }
+    }
+}
+
 /// A digest, written as 16 hexadecimal digits: JSON numbers do not hold 64 bits everywhere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Digest(pub u64);
@@ -286,6 +314,12 @@ pub struct TimingRecord {
     /// Where it belongs.
     #[serde(flatten)]
     pub cell: Cell,
+    /// As [`Label::again`]; absent in files for 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub again: u32,
+    /// Place in the order in which its block was measured, from 0.
+    #[serde(default)]
+    pub place: u32,
     /// Fresh epochs measured.
     pub epochs: u32,
     /// Turns measured, all epochs.
@@ -323,6 +357,18 @@ impl TimingRecord {
     #[must_use]
     pub fn file_stem(&self) -> String {
         let Cell { block, size, strategy } = self.cell;
-        format!("turn-time-block-{block}-crafts-{size}-{strategy}")
+        let again = if self.again == 0 { String::new() } else { format!("-again-{}", self.again) };
+        format!("turn-time-block-{block}-crafts-{size}-{strategy}{again}")
     }
+
+    /// The label under which it was measured.
+    #[must_use]
+    pub const fn label(&self) -> Label {
+        Label { strategy: self.cell.strategy, again: self.again }
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the shape that serde asks for")]
+const fn is_zero(number: &u32) -> bool {
+    *number == 0
 }

@@ -6,10 +6,10 @@ use super::record::{
     Cell, Counts, CraftFacts, Digest, Overhead, ProcessCost, TimingRecord, TrialEnd, TrialFacts,
     TrialRecord, TrialTiming,
 };
-use super::statistics::{Distribution, second_half_ratio, time_histogram};
+use super::statistics::{Distribution, as_float, histogram_of, second_half_ratio};
 use super::store::{Place, Store};
 use crate::outcome::Outcome;
-use hdrhistogram::Histogram;
+use shared_types::rng::{Purpose, Stream};
 use shared_types::transport::WakeMode;
 use shared_types::wire::{Losses, StrategyKind, Traffic};
 use std::path::Path;
@@ -144,19 +144,20 @@ pub(crate) fn timing(
     size: u32,
     strategy: StrategyKind,
     turns: u64,
-) -> (TimingRecord, Histogram<u64>) {
+) -> (TimingRecord, Vec<Vec<u64>>) {
     let base = 20_000 + 5_000 * strategy as u64 + 1_000 * u64::from(size);
     let times: Vec<u64> = (0..turns).map(|turn| base + 7919 * turn % 10_000).collect();
-    let mut histogram = time_histogram();
-    times.iter().for_each(|&time| histogram.saturating_record(time));
+    let epochs = times.chunks(200).map(<[u64]>::to_vec).collect();
     let record = TimingRecord {
         cell: Cell { block: 0, size, strategy },
+        again: 0,
+        place: 0,
         epochs: 5,
         turns,
         warm_up_turns: 300,
         warm_up_ns: 200_000_000,
         second_half_ratio: second_half_ratio(&times),
-        turn_time: Distribution::of(&histogram),
+        turn_time: Distribution::of(&histogram_of(times.iter().copied())),
         fleet_cpu_ns: turns * base,
         orchestrator_cpu_ns: turns * 9_000,
         processes: size + u32::from(strategy.has_centre()),
@@ -167,7 +168,7 @@ pub(crate) fn timing(
         overhead: Overhead { control: traffic(turns * 20, 1), ..Overhead::default() },
         losses: Losses::default(),
     };
-    (record, histogram)
+    (record, epochs)
 }
 
 /// Leaves a complete run of `sizes` in `directory`, ten trials and 1,000 timed turns a cell.
@@ -175,15 +176,59 @@ pub(crate) fn leave_run(directory: &Path, sizes: &[u32]) -> super::summary::Summ
     let scenario = "[run]\nseed = 7\n";
     let mut store = Store::create(Place::Exactly(directory), &provenance(), scenario).unwrap();
     for &size in sizes {
-        store.event(Event::FleetStarted { block: 0, size, processes: size + 1 }).unwrap();
+        let order = vec!["null".to_owned()];
+        store.event(Event::FleetStarted { block: 0, size, processes: size + 1, order }).unwrap();
         store.event(Event::FleetReady { block: 0, size, ready_ns: 90_000_000 }).unwrap();
         for strategy in STRATEGIES {
             for number in 0..10 {
                 store.append_trial(&trial(size, strategy, number)).unwrap();
             }
-            let (record, histogram) = timing(size, strategy, 1000);
-            store.append_timing(&record, &histogram).unwrap();
+            let (record, epochs) = timing(size, strategy, 1000);
+            store.append_timing(&record, &epochs).unwrap();
         }
     }
     store.finish(Outcome::Success).unwrap()
+}
+
+/// Leaves the turn times of `blocks` blocks in `directory`, drawn by number `run`: blocks differ by up to 40 %, a strategy
+/// from itself by up to 2 %, and `full` takes `slowdown` times as long as `boundary`.
+pub(crate) fn leave_blocks(
+    directory: &Path,
+    run: u32,
+    blocks: u32,
+    slowdown: f64,
+) -> super::summary::Summary {
+    let mut store = Store::create(Place::Exactly(directory), &provenance(), "").unwrap();
+    let mut draws = Stream::new(u64::from(run), 0, Purpose::Test, 77);
+    for block in 0..blocks {
+        let fleet_factor = 1.0 + 0.4 * draws.unit();
+        for (strategy, again, factor) in [
+            (StrategyKind::Null, 0, 0.5),
+            (StrategyKind::Boundary, 0, 1.0),
+            (StrategyKind::Boundary, 1, 1.0),
+            (StrategyKind::Full, 0, slowdown),
+        ] {
+            let factor = factor * fleet_factor * (1.0 + 0.02 * draws.unit());
+            let (mut record, mut epochs) = timing(3, StrategyKind::Null, 1000);
+            for time in epochs.iter_mut().flatten() {
+                *time = scaled(*time, factor);
+            }
+            let all = histogram_of(epochs.iter().flatten().copied());
+            record.turn_time = Distribution::of(&all);
+            record.fleet_cpu_ns = scaled(record.fleet_cpu_ns, factor);
+            record.cell = Cell { block, size: 3, strategy };
+            record.again = again;
+            store.append_timing(&record, &epochs).unwrap();
+        }
+    }
+    store.finish(Outcome::Success).unwrap()
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "times of tests are small and positive"
+)]
+fn scaled(time_ns: u64, factor: f64) -> u64 {
+    (as_float(time_ns) * factor) as u64
 }

@@ -69,6 +69,14 @@ pub fn time_histogram() -> Histogram<u64> {
         .expect("invariant: the bounds are constants that the library accepts")
 }
 
+/// `times_ns` as a histogram; times beyond its bounds count as the bound.
+#[must_use]
+pub fn histogram_of(times_ns: impl IntoIterator<Item = u64>) -> Histogram<u64> {
+    let mut histogram = time_histogram();
+    times_ns.into_iter().for_each(|time_ns| histogram.saturating_record(time_ns));
+    histogram
+}
+
 /// One quantile of a distribution that may be shown.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct QuantileValue {

@@ -23,9 +23,9 @@ use super::measurements;
 use super::provenance::Provenance;
 use super::read::read_run;
 use super::record::{TimingRecord, TrialRecord};
+use super::statistics::histogram_of;
 use super::summary::Summary;
 use crate::outcome::Outcome;
-use hdrhistogram::Histogram;
 use serde::Serialize;
 use shared_types::limits::CRAFTS_RECORDED_MAX;
 use shared_types::time::Nanos;
@@ -162,19 +162,22 @@ impl Store {
         self.written(done, MEASUREMENTS_FILE)
     }
 
-    /// Keeps a timing cell and the histogram of its turn times. The histogram is complete on disk
-    /// before the record that names it.
+    /// Keeps a timing cell and its turn times, ns, epoch by epoch. Their histograms are complete on
+    /// disk before the record that names them.
     ///
     /// # Errors
     /// If a file cannot be written.
     pub fn append_timing(
         &mut self,
         record: &TimingRecord,
-        turn_times: &Histogram<u64>,
+        turn_times: &[Vec<u64>],
     ) -> Result<(), StoreError> {
         let (stem, at_ns) = (record.file_stem(), self.elapsed_ns());
         self.replace(&format!("{stem}.hlog"), &to_interval_log(turn_times, at_ns))?;
-        self.replace(&format!("{stem}.hgrm"), &to_percentile_table(turn_times))?;
+        self.replace(
+            &format!("{stem}.hgrm"),
+            &to_percentile_table(&histogram_of(turn_times.iter().flatten().copied())),
+        )?;
         let done = self.timings.write_all(&json_line(record));
         self.written(done, TIMINGS_FILE)?;
         let done = self.measurements.write_all(&measurements::timing_lines(record));

@@ -8,6 +8,7 @@
 use super::crafts::{CraftCell, craft_cells};
 use super::event::{Event, EventLine};
 use super::figure::Figures;
+use super::pairs::{self, Compared};
 use super::provenance::Provenance;
 use super::read::{Missing, RunData};
 use super::record::{Cell, TimingRecord, TrialEnd, TrialFacts, TrialTiming};
@@ -75,6 +76,8 @@ pub struct Timing {
     pub incidents: Vec<EventLine>,
     /// Figures by fleet size and strategy.
     pub cells: Vec<TimedFigures>,
+    /// Median turn times by size and strategy, paired by block with those of one strategy.
+    pub compared: Vec<Compared>,
     /// The timing cells as recorded.
     pub records: Vec<TimingRecord>,
     /// Every trial's times and costs, in the order in which they were run.
@@ -124,12 +127,14 @@ impl Summary {
             crafts: craft_cells(&trials),
             trials,
         };
+        let compared = pairs::compared(run, true);
         let timing = Timing {
             provenance,
             outcome: run.outcome(),
             missing: run.missing.clone(),
             incidents: run.events.iter().filter(|line| is_incident(&line.event)).cloned().collect(),
-            cells: times::timed_figures(run),
+            cells: times::timed_figures(run, &compared),
+            compared,
             records: run.timings.iter().map(|timed| timed.record.clone()).collect(),
             trials: run.trials.iter().map(trial_times).collect(),
         };

@@ -1,11 +1,12 @@
 //! A run's directory as a whole: what is written can be read, whatever became of it.
 
 use super::event::{Event, ProcessEnd};
+use super::inference::Verdict;
 use super::provenance::Provenance;
 use super::read::{ReadError, read_run};
 use super::record::TrialEnd;
-use super::sample::{STRATEGIES, leave_run, provenance, timing, trial};
-use super::statistics::Quantile;
+use super::sample::{STRATEGIES, leave_blocks, leave_run, provenance, timing, trial};
+use super::statistics::{Quantile, histogram_of};
 use super::store::{EVENTS_FILE, LATEST_LINK, Place, SUMMARY_FILE, Store, StoreError, TRIALS_FILE};
 use super::summary::Summary;
 use crate::outcome::Outcome;
@@ -34,9 +35,11 @@ fn what_was_appended_is_read_back_equal() {
     assert_eq!(run.scenario.as_deref(), Some("[run]\nseed = 7\n"));
     assert_eq!(run.trials.len(), 2 * 7 * 10);
     assert_eq!(run.trials[0], trial(2, StrategyKind::Null, 0));
-    let (record, histogram) = timing(3, StrategyKind::CentralBatched, 1000);
+    let (record, epochs) = timing(3, StrategyKind::CentralBatched, 1000);
     assert_eq!(run.timings.last().map(|timed| &timed.record), Some(&record));
-    assert_eq!(run.timings.last().and_then(|timed| timed.turn_times.clone()), Some(histogram));
+    let last = run.timings.last().unwrap();
+    assert_eq!(last.turn_times, Some(histogram_of(epochs.iter().flatten().copied())));
+    assert_eq!(last.slices.len(), epochs.len());
     assert_eq!(Summary::of(&run), summary);
 }
 
@@ -126,7 +129,9 @@ fn incidents_reach_the_summary_and_plain_progress_does_not() {
         end: ProcessEnd::Signal(9),
         phase: "turn 3 of trial 0".into(),
     };
-    store.event(Event::FleetStarted { block: 0, size: 2, processes: 2 }).unwrap();
+    store
+        .event(Event::FleetStarted { block: 0, size: 2, processes: 2, order: Vec::new() })
+        .unwrap();
     store.event(lost.clone()).unwrap();
     let mut partial = trial(2, StrategyKind::Full, 0);
     partial.deterministic.end = TrialEnd::Partial;
@@ -319,4 +324,58 @@ fn the_data_dictionary_names_every_metric_of_the_long_form() {
         let is_named = names.iter().any(|name| !name.is_empty() && DICTIONARY.contains(name));
         assert!(is_named, "{metric}");
     }
+}
+
+#[test]
+fn nine_blocks_find_a_fifth_and_eight_do_not_name_it() {
+    let place = tempfile::tempdir().unwrap();
+    let compared = |run: u32, blocks: u32, slowdown| {
+        let directory = place.path().join(format!("{run}-{blocks}-{slowdown}"));
+        leave_blocks(&directory, run, blocks, slowdown).timing.compared.remove(0)
+    };
+    let found = compared(7, 9, 1.2);
+    assert_eq!((found.strategy, found.base), (StrategyKind::Full, StrategyKind::Boundary));
+    assert_eq!(found.comparison.verdict, Verdict::Winner);
+    assert_eq!(found.winner, Some(StrategyKind::Boundary));
+    assert!((found.comparison.ratio - 1.2).abs() < 0.02, "{}", found.comparison.ratio);
+    assert!(found.comparison.floor.unwrap() < 1.02);
+    assert_eq!(compared(7, 8, 1.2).comparison.verdict, Verdict::TooFewBlocks);
+    // By chance alone one in twenty may come out.
+    let named = (0..20).filter(|&run| compared(run, 9, 1.0).winner.is_some()).count();
+    assert!(named <= 2, "{named} winners in 20 runs without a difference");
+}
+
+#[test]
+fn intervals_cover_blocks_and_the_excess_is_narrower_than_its_parts() {
+    let place = tempfile::tempdir().unwrap();
+    let summary = leave_blocks(place.path(), 7, 9, 1.2);
+    let figures = &summary.timed(3, StrategyKind::Boundary).unwrap().figures;
+    let width = |metric: &str| {
+        let figure = figures.get(metric).unwrap();
+        let (value, low, high) = (figure.value.unwrap(), figure.low.unwrap(), figure.high.unwrap());
+        assert!(low <= value && value <= high, "{metric}: {low} {value} {high}");
+        high - low
+    };
+    // Blocks move both alike, and the excess is half the time: so is its interval.
+    assert!(width("turn-time-p50-over-null") < 0.8 * width("turn-time-p50"));
+    assert!(width("cpu-per-turn-over-null") < 0.8 * width("cpu-per-turn"));
+    let of_two = leave_blocks(&place.path().join("two"), 7, 2, 1.2);
+    let figures = &of_two.timed(3, StrategyKind::Boundary).unwrap().figures;
+    assert_eq!(figures.get("turn-time-p50").unwrap().low, None, "two blocks have no interval");
+}
+
+#[test]
+fn directories_without_labels_and_orders_are_still_read() {
+    let place = tempfile::tempdir().unwrap();
+    let summary = leave_run(place.path(), &[2]);
+    for (name, pattern) in
+        [("timings.jsonl", ",\"place\":0"), (EVENTS_FILE, ",\"order\":[\"null\"]")]
+    {
+        let text = std::fs::read_to_string(place.path().join(name)).unwrap();
+        assert!(text.contains(pattern), "{text}");
+        std::fs::write(place.path().join(name), text.replace(pattern, "")).unwrap();
+    }
+    let run = read_run(place.path()).unwrap();
+    assert_eq!(run.missing, []);
+    assert_eq!(Summary::of(&run), summary);
 }

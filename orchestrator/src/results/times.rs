@@ -1,15 +1,20 @@
 //! Figures of times and costs, and their excess over the floor that strategy `null` sets.
 //!
 //! Blocks of one cell are merged: histograms are added up, costs summed and divided by all turns.
+//! Intervals come from resampling blocks, of all strategies of a size the same ones.
 //! The excess of a quantile is the difference of two quantiles of separate epochs; it may be
 //! negative where a strategy costs less than the noise.
 
 use super::figure::Figures;
+use super::inference::quantiles::{self, Resample, Resampler, Slice};
+use super::inference::{middle_of, ratio_resamples};
+use super::pairs::Compared;
 use super::read::{RunData, TimedCell};
 use super::record::TimingRecord;
 use super::statistics::{Distribution, Quantile, as_float, time_histogram};
 use super::summary::TimedFigures;
 use hdrhistogram::Histogram;
+use shared_types::rng::{Purpose, Stream};
 use shared_types::wire::StrategyKind;
 use std::collections::BTreeMap;
 
@@ -18,9 +23,10 @@ pub const SECOND_HALF_RATIO_MAX: f64 = 1.1;
 
 /// One row of figures per (size, strategy) that was timed or tried.
 #[must_use]
-pub fn timed_figures(run: &RunData) -> Vec<TimedFigures> {
+pub fn timed_figures(run: &RunData, compared: &[Compared]) -> Vec<TimedFigures> {
     let mut rows: BTreeMap<Key, TimedFigures> = BTreeMap::new();
-    let merged = merged_cells(&run.timings);
+    let seed = run.provenance.as_ref().map_or(0, |provenance| provenance.seed);
+    let merged = merged_cells(&run.timings, seed);
     let cores = run.provenance.as_ref().map(|provenance| provenance.cores_used);
     for (&(size, strategy), own) in &merged {
         let floor = merged.get(&(size, StrategyKind::Null));
@@ -30,6 +36,10 @@ pub fn timed_figures(run: &RunData) -> Vec<TimedFigures> {
     }
     for (key, (times, cpu_ns)) in trial_times(run) {
         add_trial_figures(&times, cpu_ns, &mut row_of(&mut rows, key).figures);
+    }
+    for pair in compared {
+        let row = row_of(&mut rows, (pair.size, pair.strategy));
+        add_comparison(pair, &mut row.figures);
     }
     rows.into_values().collect()
 }
@@ -43,13 +53,28 @@ fn row_of(rows: &mut BTreeMap<Key, TimedFigures>, key: Key) -> &mut TimedFigures
     rows.entry(key).or_insert_with(empty)
 }
 
-fn merged_cells(cells: &[TimedCell]) -> BTreeMap<Key, Merged> {
+/// The ratio to the strategy that others are compared with, and what it is worth.
+fn add_comparison(pair: &Compared, figures: &mut Figures) {
+    let (base, comparison) = (pair.base, &pair.comparison);
+    let n = comparison.blocks;
+    let metric = format!("turn-time-p50-to-{base}");
+    let label = format!("median turn time over that of {base}, by block");
+    figures.lockstep(&metric, Some(comparison.ratio), n, "1", &label);
+    figures.within(&metric, comparison.interval);
+    let label = format!("chance of such a distance from {base}, corrected");
+    figures.lockstep(&format!("{metric}-p"), Some(comparison.p_value), n, "1", &label);
+    let label = format!("distance of {base} from itself, the A-A floor");
+    figures.lockstep(&format!("{metric}-floor"), comparison.floor, n, "1", &label);
+}
+
+fn merged_cells(cells: &[TimedCell], seed: u64) -> BTreeMap<Key, Merged> {
     let mut blocks: BTreeMap<Key, Vec<&TimedCell>> = BTreeMap::new();
-    for timed in cells {
+    // Further labels of a strategy are there to be compared with it, not to add to it.
+    for timed in cells.iter().filter(|timed| timed.record.again == 0) {
         let cell = timed.record.cell;
         blocks.entry((cell.size, cell.strategy)).or_default().push(timed);
     }
-    blocks.into_iter().map(|(key, blocks)| (key, Merged::of(&blocks))).collect()
+    blocks.into_iter().map(|(key, blocks)| (key, Merged::of(&blocks, seed))).collect()
 }
 
 /// Turn times and CPU time of the trials themselves, where they have a clock. They are short and cold:
@@ -101,10 +126,25 @@ struct Merged {
     ready_ns: u64,
     control_samples: u64,
     control_bytes: u64,
+    /// Which blocks these are: resamples of two cells are pairs only if both have the same.
+    block_numbers: Vec<u32>,
+    /// Quantiles of resampled blocks; empty where there are too few.
+    quantiles: Vec<Resample>,
+    /// CPU time a turn of resampled blocks.
+    costs: Vec<f64>,
 }
 
 impl Merged {
-    fn of(blocks: &[&TimedCell]) -> Self {
+    fn of(blocks: &[&TimedCell], seed: u64) -> Self {
+        let cell = blocks[0].record.cell;
+        // Blocks are drawn alike for all strategies of a size, epochs for each its own.
+        let stream = |number| Stream::new(seed, cell.size, Purpose::Bootstrap, number);
+        let slices: Vec<&[Slice]> = blocks.iter().map(|block| block.slices.as_slice()).collect();
+        let quantiles = Resampler::new(&slices).map_or_else(Vec::new, |resampler| {
+            resampler.resamples(stream(0), stream(1 + cell.strategy as u32))
+        });
+        let costs: Vec<(u64, u64)> =
+            blocks.iter().map(|block| (block.record.fleet_cpu_ns, block.record.turns)).collect();
         let records = || blocks.iter().map(|block| &block.record);
         let sum = |part: fn(&TimingRecord) -> u64| records().map(part).sum::<u64>();
         let largest = |part: fn(&TimingRecord) -> u64| records().map(part).max().unwrap_or(0);
@@ -125,6 +165,9 @@ impl Merged {
             ready_ns: largest(|record| record.ready_ns),
             control_samples: sum(|record| record.overhead.control.transmissions),
             control_bytes: sum(|record| record.overhead.control.bytes_sent),
+            block_numbers: records().map(|record| record.cell.block).collect(),
+            quantiles,
+            costs: ratio_resamples(&costs, &mut stream(0)),
         }
     }
 
@@ -153,25 +196,28 @@ impl Merged {
     fn turn_time_figures(&self, floor: Option<&Self>, figures: &mut Figures) {
         let time = self.turn_time.as_ref();
         let n = time.map_or(0, |time| time.n);
-        for quantile in Quantile::ALL {
+        for (place, quantile) in Quantile::ALL.into_iter().enumerate() {
             let (name, own) = (quantile.name, self.quantile(quantile));
-            figures.lockstep(
-                &format!("turn-time-{name}"),
-                own,
-                n,
-                "ns",
-                &format!("turn time, {name}"),
-            );
+            let metric = format!("turn-time-{name}");
+            figures.lockstep(&metric, own, n, "ns", &format!("turn time, {name}"));
+            let within = quantiles::interval(&self.quantiles, place);
+            figures.within(&metric, within);
             let excess = floor.and_then(|floor| Some(own? - floor.quantile(quantile)?));
+            let metric = format!("turn-time-{name}-over-null");
             figures.lockstep(
-                &format!("turn-time-{name}-over-null"),
+                &metric,
                 excess,
                 n,
                 "ns",
                 &format!("turn time, {name}, excess over null"),
             );
+            let within = self.paired(floor).and_then(|floor| {
+                quantiles::excess_interval(&self.quantiles, &floor.quantiles, place)
+            });
+            figures.within(&metric, within);
         }
         let any = time.filter(|time| time.n > 0);
+        self.spread_figure(figures, n);
         let min = any.map(|time| as_float(time.min_ns));
         figures.lockstep("turn-time-min", min, n, "ns", "turn time, smallest");
         let mean = any.map(|time| time.mean_ns);
@@ -187,13 +233,34 @@ impl Merged {
         );
     }
 
+    /// How wide the interval of the median is, for tables that are short of columns.
+    fn spread_figure(&self, figures: &mut Figures, n: u64) {
+        let median = figures.get("turn-time-p50");
+        let spread = median.and_then(|median| {
+            let (value, low, high) = (median.value?, median.low?, median.high?);
+            (value > 0.0).then(|| 50.0 * (high - low) / value)
+        });
+        let label = "half the width of the interval of the median turn time, of the median";
+        figures.lockstep("turn-time-p50-spread", spread, n, "%", label);
+    }
+
+    /// `floor`, if its resamples are of the same blocks as these.
+    fn paired<'a>(&self, floor: Option<&'a Self>) -> Option<&'a Self> {
+        floor.filter(|floor| floor.block_numbers == self.block_numbers)
+    }
+
     fn cost_figures(&self, floor: Option<&Self>, figures: &mut Figures) {
         let (n, blocks) = (self.turns, self.blocks);
         let cpu = self.cpu_per_turn();
         figures.lockstep("cpu-per-turn", cpu, n, "ns", "CPU time of the fleet a turn");
+        figures.within("cpu-per-turn", middle_of(self.costs.clone()));
         let excess = floor.and_then(|floor| Some(cpu? - floor.cpu_per_turn()?));
         let label = "CPU time of the fleet a turn, excess over null";
         figures.lockstep("cpu-per-turn-over-null", excess, n, "ns", label);
+        let differences = self.paired(floor).map_or_else(Vec::new, |floor| {
+            self.costs.iter().zip(&floor.costs).map(|(own, floor)| own - floor).collect()
+        });
+        figures.within("cpu-per-turn-over-null", middle_of(differences));
         let orchestrator = self.per_turn(self.orchestrator_cpu_ns);
         let label = "CPU time of the orchestrator a turn";
         figures.lockstep("orchestrator-cpu-per-turn", orchestrator, n, "ns", label);

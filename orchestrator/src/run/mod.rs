@@ -1,7 +1,8 @@
 //! The one loop that owns a run.
 //!
 //! A run is a list of fleets; a fleet is launched once, plays every trial under every strategy (the
-//! same seed and the same networks one after the other), then the epochs that measure turn time. What
+//! same seed and the same networks one after the other), then the epochs that measure turn time. Fleets
+//! of one size are the blocks of that size: trials are played in the first, times in each. What
 //! comes back is judged against the independent replay and appended to the run's directory at once.
 //! Whatever ends a run early, what was measured before is kept. Rendering comes after, from the
 //! records alone.
@@ -10,6 +11,7 @@ pub mod backend;
 pub mod demand;
 mod epoch;
 mod fleet;
+pub mod order;
 mod patience;
 pub mod plan;
 mod play;
@@ -132,7 +134,8 @@ impl<'a> Runner<'a> {
         let size = plan.scenario.craft_count();
         let options = self.plan.fleet_options(plan, self.run_ends);
         let processes = options.processes();
-        self.store.event(Event::FleetStarted { block, size, processes })?;
+        let order = plan.order.iter().map(ToString::to_string).collect();
+        self.store.event(Event::FleetStarted { block, size, processes, order })?;
         self.progress.at(self.done, self.plan.epochs(), &format!("starting {size} crafts"));
         let mut fleet = match RealFleet::launch(options, launcher, signals) {
             Ok(fleet) => fleet,
@@ -168,7 +171,7 @@ impl<'a> Runner<'a> {
         block: u32,
         plan: &FleetPlan,
     ) -> Result<Ended, StoreError> {
-        for trial in 0..self.plan.trials {
+        for trial in 0..self.plan.trials_of(block) {
             let rules = Rules::of_trial(plan, self.plan.seed, trial);
             let prepared = rules.prepare(plan);
             let network = self.epoch;

@@ -2,19 +2,24 @@
 
 use super::FleetOptions;
 use crate::launch::placement::Placement;
-
+use crate::results::record::Label;
 use crate::scenario::ResolvedScenario;
 use shared_types::time::Nanos;
 use shared_types::transport::WakeMode;
 use shared_types::wire::StrategyKind;
+
+/// Trial numbers of the epochs that measure time start here, apart from the trials.
+const FIRST_TIMING_TRIAL: u32 = 1_000_000;
 
 /// One launch of a fleet and what it plays.
 #[derive(Clone, Debug)]
 pub struct FleetPlan {
     /// The fleet's scenario, with its number of crafts.
     pub scenario: ResolvedScenario,
-    /// The strategies, in the order in which they are played.
+    /// The strategies, in the order in which trials are played.
     pub strategies: Vec<StrategyKind>,
+    /// What is timed, in the order of this block.
+    pub order: Vec<Label>,
     /// Where its processes run.
     pub placement: Placement,
 }
@@ -41,6 +46,13 @@ pub struct TimingPlan {
 }
 
 impl TimingPlan {
+    /// The number of the warm-up's trial in `block`; those that are measured follow it. Every block
+    /// has networks of its own.
+    #[must_use]
+    pub const fn first_trial(&self, block: u32) -> u32 {
+        FIRST_TIMING_TRIAL.wrapping_add(block.wrapping_mul(self.epochs.wrapping_add(1)))
+    }
+
     /// Turns of one epoch under `strategy`.
     #[must_use]
     pub const fn turns_of(&self, strategy: StrategyKind) -> u32 {
@@ -58,7 +70,7 @@ pub struct RunPlan {
     pub fleets: Vec<FleetPlan>,
     /// Seed of everything that is drawn.
     pub seed: u64,
-    /// Trials for each strategy; 0 if only turn times are wanted.
+    /// Trials for each strategy, in the first block; 0 if only turn times are wanted.
     pub trials: u32,
     /// Whether crafts live in one process on a virtual clock.
     pub is_simulated: bool,
@@ -77,8 +89,17 @@ impl RunPlan {
     #[must_use]
     pub fn epochs(&self) -> u64 {
         let timed = self.timing.map_or(0, |timing| u64::from(timing.epochs));
-        let each = u64::from(self.trials) + timed;
-        self.fleets.iter().map(|fleet| fleet.strategies.len() as u64 * each).sum()
+        let of_fleet = |(index, fleet): (usize, &FleetPlan)| {
+            let trials = u64::from(self.trials_of(self.block_of(index)));
+            fleet.strategies.len() as u64 * trials + fleet.order.len() as u64 * timed
+        };
+        self.fleets.iter().enumerate().map(of_fleet).sum()
+    }
+
+    /// Trials of each strategy in `block`: counts are decided by the seed, so once is enough.
+    #[must_use]
+    pub const fn trials_of(&self, block: u32) -> u32 {
+        if block == 0 { self.trials } else { 0 }
     }
 
     /// Which launch of its size the fleet `index` is, from 0: blocks of one size are compared with

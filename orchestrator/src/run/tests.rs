@@ -105,6 +105,7 @@ fn judge(misdeed: Misdeed) -> (Outcome, Vec<String>, String) {
     let fleet = FleetPlan {
         scenario,
         strategies: vec![StrategyKind::Boundary],
+        order: Vec::new(),
         placement: Placement::draw(&processors, Pinning::Unpinned, 2, &mut draws),
     };
     let plan = RunPlan {

@@ -1,14 +1,13 @@
 //! The epochs that measure turn time: a fleet that is warm, fresh networks every epoch, no end
-//! condition, every strategy and the floor `null` on the same networks.
+//! condition, every strategy and the floor `null` on the same networks, in the order of the block.
 
 use super::backend::Backend;
 use super::epoch::{self, Prepared, Rules};
 use super::plan::{FleetPlan, TimingPlan};
 use super::{Ended, Runner};
 use crate::results::record::{Cell, Counts, Overhead, TimingRecord, TrialRecord};
-use crate::results::statistics::{Distribution, TIME_NS_MAX, second_half_ratio, time_histogram};
+use crate::results::statistics::{Distribution, histogram_of, second_half_ratio};
 use crate::results::store::StoreError;
-use hdrhistogram::Histogram;
 use shared_types::transport::clock;
 use shared_types::wire::Losses;
 
@@ -19,9 +18,10 @@ pub(super) const FIRST_TIMING_TRIAL: u32 = 1_000_000;
 const WARM_UP_EPOCHS_MAX: u32 = 10_000;
 
 /// What the measured epochs of a cell add up to.
+#[derive(Default)]
 struct Tally {
-    histogram: Histogram<u64>,
-    turn_times_ns: Vec<u64>,
+    /// Epoch by epoch.
+    turn_times_ns: Vec<Vec<u64>>,
     fleet_cpu_ns: u64,
     orchestrator_cpu_ns: u64,
     processes: u32,
@@ -41,12 +41,14 @@ impl Runner<'_> {
         plan: &FleetPlan,
         timing: &TimingPlan,
     ) -> Result<Ended, StoreError> {
-        for &strategy in &plan.strategies {
+        for (place, &label) in (0..).zip(&plan.order) {
+            let strategy = label.strategy;
             let cell = epoch::cell(block, plan, strategy);
             let turns = timing.turns_of(strategy);
             let warm_up_began = clock::now();
             let mut warm_up_turns = 0;
-            let (rules, prepared) = self.timing_epoch(plan, FIRST_TIMING_TRIAL, turns);
+            let first = timing.first_trial(block);
+            let (rules, prepared) = self.timing_epoch(plan, first, turns);
             let network = self.epoch;
             for _ in 0..WARM_UP_EPOCHS_MAX {
                 let spec = rules.spec(self.epoch, network, strategy);
@@ -59,9 +61,9 @@ impl Runner<'_> {
                 }
             }
             let warm_up_ns = clock::now().since(warm_up_began);
-            let mut tally = Tally::new();
+            let mut tally = Tally::default();
             for number in 1..=timing.epochs {
-                let (rules, prepared) = self.timing_epoch(plan, FIRST_TIMING_TRIAL + number, turns);
+                let (rules, prepared) = self.timing_epoch(plan, first + number, turns);
                 let spec = rules.spec(self.epoch, self.epoch, strategy);
                 match self.play_epoch(backend, plan, cell, &spec, &prepared)? {
                     Ok(record) => tally.add(&record),
@@ -70,8 +72,17 @@ impl Runner<'_> {
                 self.done += 1;
             }
             let ready_ns = backend.ready_ns().unwrap_or(0);
-            let record = tally.record(cell, timing, (warm_up_turns, warm_up_ns), ready_ns);
-            self.store.append_timing(&record, &tally.histogram)?;
+            let record = TimingRecord {
+                cell,
+                again: label.again,
+                place,
+                epochs: timing.epochs,
+                warm_up_turns,
+                warm_up_ns,
+                ready_ns,
+                ..tally.record(cell)
+            };
+            self.store.append_timing(&record, &tally.turn_times_ns)?;
         }
         Ok(Ended::Complete)
     }
@@ -84,28 +95,9 @@ impl Runner<'_> {
 }
 
 impl Tally {
-    fn new() -> Self {
-        Self {
-            histogram: time_histogram(),
-            turn_times_ns: Vec::new(),
-            fleet_cpu_ns: 0,
-            orchestrator_cpu_ns: 0,
-            processes: 0,
-            resident_bytes: 0,
-            resident_bytes_max: 0,
-            counts: Counts::default(),
-            overhead: Overhead::default(),
-            losses: Losses::default(),
-        }
-    }
-
     fn add(&mut self, record: &TrialRecord) {
         let timing = &record.timing;
-        for &time_ns in &timing.turn_times_ns {
-            let within = time_ns.clamp(1, TIME_NS_MAX);
-            self.histogram.record(within).expect("invariant: the histogram holds its bounds");
-        }
-        self.turn_times_ns.extend(&timing.turn_times_ns);
+        self.turn_times_ns.push(timing.turn_times_ns.clone());
         self.fleet_cpu_ns += timing.processes.iter().map(|process| process.cpu_ns).sum::<u64>();
         self.orchestrator_cpu_ns += timing.orchestrator_cpu_ns;
         self.processes = u32::try_from(timing.processes.len()).unwrap_or(u32::MAX);
@@ -117,27 +109,25 @@ impl Tally {
         self.losses += timing.losses;
     }
 
-    fn record(
-        &self,
-        cell: Cell,
-        timing: &TimingPlan,
-        (warm_up_turns, warm_up_ns): (u64, u64),
-        ready_ns: u64,
-    ) -> TimingRecord {
+    /// What was measured; where it belongs and what came before is the caller's.
+    fn record(&self, cell: Cell) -> TimingRecord {
+        let turn_times: Vec<u64> = self.turn_times_ns.concat();
         TimingRecord {
             cell,
-            epochs: timing.epochs,
-            turns: self.turn_times_ns.len() as u64,
-            warm_up_turns,
-            warm_up_ns,
-            second_half_ratio: second_half_ratio(&self.turn_times_ns),
-            turn_time: Distribution::of(&self.histogram),
+            again: 0,
+            place: 0,
+            epochs: 0,
+            turns: turn_times.len() as u64,
+            warm_up_turns: 0,
+            warm_up_ns: 0,
+            second_half_ratio: second_half_ratio(&turn_times),
+            turn_time: Distribution::of(&histogram_of(turn_times)),
             fleet_cpu_ns: self.fleet_cpu_ns,
             orchestrator_cpu_ns: self.orchestrator_cpu_ns,
             processes: self.processes,
             resident_bytes: self.resident_bytes,
             resident_bytes_max: self.resident_bytes_max,
-            ready_ns,
+            ready_ns: 0,
             counts: self.counts,
             overhead: self.overhead,
             losses: self.losses,

@@ -7,7 +7,7 @@ use super::fleet::{Craft, unknown_craft};
 use super::generate::shared_facts;
 use super::nearest::listing;
 use shared_types::limits::{
-    BANDWIDTH_BITS_PER_S_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, DELAY_MS_MAX,
+    BANDWIDTH_BITS_PER_S_MAX, BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, DELAY_MS_MAX,
     DURATION_S_MAX, INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, RATE_PER_S_MAX,
     REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S,
     TRACE_RECORDS_MAX, TURNS_MAX,
@@ -41,6 +41,7 @@ fn check_run(scenario: &Scenario) -> Result<(), Finding> {
     whole("turns", run.turns, 1, TURNS_MAX)?;
     whole("trials", run.trials, 1, u32::MAX)?;
     whole("turn-limit-ms", run.turn_limit_ms, 1, u32::MAX)?;
+    whole("blocks", run.blocks, 1, BLOCKS_MAX)?;
     whole("timing-turns", run.timing_turns, 1, TURNS_MAX)?;
     if i64::try_from(run.seed).is_err() {
         return Err(Finding::at(place!["run", "seed"], "the seed does not fit 63 bits")

@@ -22,6 +22,9 @@ pub struct Run {
     pub timing_epochs: u32,
     /// Turns of one such epoch; default 200.
     pub timing_turns: u32,
+    /// Fresh launches of each fleet over which turn times are measured; trials are played in the first.
+    /// Default 1.
+    pub blocks: u32,
     /// Changes per second that the fleet is offered in `open` mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_per_s: Option<f64>,
@@ -40,6 +43,7 @@ impl Default for Run {
             turn_limit_ms: 5000,
             timing_epochs: 0,
             timing_turns: 200,
+            blocks: 1,
             rate_per_s: None,
             duration_s: None,
         }

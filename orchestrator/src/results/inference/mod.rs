@@ -12,7 +12,7 @@ pub mod quantiles;
 #[cfg(test)]
 mod tests;
 
-use super::statistics::as_float;
+use super::statistics::{as_float, ratio_of_sums};
 use serde::Serialize;
 use shared_types::limits::WINNER_BLOCKS_MIN;
 use shared_types::rng::Stream;
@@ -177,8 +177,23 @@ fn interval(values: &[f64], stream: &mut Stream) -> Option<(f64, f64)> {
     middle_of(estimates.collect())
 }
 
+/// [`RESAMPLES`] ratios of sums over resampled blocks of (above, below); empty below
+/// [`INTERVAL_BLOCKS_MIN`] blocks.
+#[must_use]
+pub fn ratio_resamples(blocks: &[(u64, u64)], stream: &mut Stream) -> Vec<f64> {
+    if blocks.len() < INTERVAL_BLOCKS_MIN {
+        return Vec::new();
+    }
+    let resample = |_| {
+        let drawn: Vec<_> = blocks.iter().map(|_| blocks[below(stream, blocks.len())]).collect();
+        ratio_of_sums(drawn)
+    };
+    (0..RESAMPLES).filter_map(resample).collect()
+}
+
 /// The 95 % in the middle of a bootstrap's estimates.
-fn middle_of(mut estimates: Vec<f64>) -> Option<(f64, f64)> {
+#[must_use]
+pub fn middle_of(mut estimates: Vec<f64>) -> Option<(f64, f64)> {
     estimates.sort_unstable_by(f64::total_cmp);
     let last = estimates.len().checked_sub(RESAMPLES_OUTSIDE)?;
     Some((*estimates.get(RESAMPLES_OUTSIDE - 1)?, *estimates.get(last)?))

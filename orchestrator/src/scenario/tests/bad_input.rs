@@ -287,6 +287,7 @@ fn numbers_out_of_bounds() {
         r#"
 + [run]\nturns = 0 | 2:9 | `run.turns` is 0 | use 1 to 1000000
 + [run]\nturns = 1000001 | 2:9 | `run.turns` is 1000001 | use 1 to 1000000
++ [run]\nblocks = 0 | 2:10 | `run.blocks` is 0 | use 1 to 1000
 + [run]\ntrials = 0 | 2:10 | `run.trials` is 0 | use 1
 + [run]\nseed = -1 | 2:8 | `seed` takes a whole number | seed of everything
 + [run]\nturn-limit-ms = 0 | 2:17 | `run.turn-limit-ms` is 0 | use 1
