@@ -8,6 +8,7 @@
 pub mod blackboard;
 pub mod craft;
 pub mod lockstep;
+pub mod metrics;
 pub mod oracle;
 #[cfg(feature = "shell")]
 pub mod process;

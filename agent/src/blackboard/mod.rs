@@ -180,7 +180,13 @@ impl Blackboard {
         }
     }
 
-    fn write(&mut self, board: &BoardView<'_>, craft: CraftId, assignment: Assignment) -> Change {
+    /// Writes one fact as a firing of `craft` does.
+    pub fn write(
+        &mut self,
+        board: &BoardView<'_>,
+        craft: CraftId,
+        assignment: Assignment,
+    ) -> Change {
         let fact = assignment.fact();
         let before = self.states[fact.index()];
         let version = Version { count: before.version.count + 1, writer: craft };

@@ -3,21 +3,26 @@
 //! [`Craft`] is one process's core. Calls go down and plans come up: arrivals, commands and `now` are
 //! arguments, and what shall be sent is put into the [`Outbox`], which [`dispatch`] publishes through
 //! an endpoint. A craft is autonomous, a client of the centre, or the centre, as the epoch's strategy
-//! says. Not here: the clock, the transport, waiting (the shells).
+//! says; in open mode it replays a trace instead. Not here: the clock, the transport, waiting (the shells).
 
 mod autonomous;
 pub mod dispatch;
+mod open;
 mod outbox;
 
 pub(crate) use outbox::header;
 pub use outbox::{Counting, Held, Outbox, Outgoing};
 
+use crate::blackboard::Blackboard;
+use crate::metrics::Stages;
 use crate::replication::central::Client;
 use crate::replication::centre::Centre;
 use autonomous::Autonomous;
+use open::Open;
 use shared_types::ids::{CraftId, Firing};
 use shared_types::knowledge::{Change, FleetView};
 use shared_types::time::Nanos;
+use shared_types::trace::TraceRecord;
 use shared_types::transport::Peers;
 use shared_types::wire::{
     Class, DeltaReader, EpochSpec, Header, Kind, Refusal, TrialReport, TurnCommand, TurnPhase,
@@ -31,6 +36,8 @@ enum Role {
     Absent,
     /// Reasons on its own board and replicates.
     Autonomous(Box<Autonomous>),
+    /// Replays a trace and replicates.
+    Open(Box<Open>),
     /// Is told what to do.
     Client(Box<Client>),
     /// Holds all boards.
@@ -46,6 +53,8 @@ pub struct Craft {
     counting: Counting,
     /// Records of the sample at hand.
     received: Vec<Change>,
+    /// When what is received now arrived; open mode only.
+    arrived: Nanos,
 }
 
 impl Craft {
@@ -58,6 +67,7 @@ impl Craft {
             role: Role::Absent,
             counting: Counting::default(),
             received: Vec::new(),
+            arrived: Nanos(0),
         }
     }
 
@@ -89,6 +99,78 @@ impl Craft {
         }
     }
 
+    /// Starts an epoch of open mode, whose trace begins at `started`.
+    ///
+    /// # Panics
+    /// If the strategy is a central one: those play no traces.
+    pub fn begin_open_epoch(&mut self, started: Nanos, spec: &EpochSpec, fleet: &FleetView<'_>) {
+        assert!(!spec.strategy.has_centre(), "invariant: the caller refuses central strategies");
+        self.epoch = spec.epoch;
+        self.counting.begin_epoch(spec, fleet.boards.len() + 1);
+        if !matches!(self.role, Role::Open(_)) {
+            self.role = Role::Open(Box::new(Open::new()));
+        }
+        if let Role::Open(craft) = &mut self.role {
+            craft.begin_epoch(self.craft, started, spec, fleet);
+        }
+    }
+
+    /// When the next record of this craft's `trace` is due.
+    #[must_use]
+    pub fn next_due(&self, trace: &[TraceRecord]) -> Option<Nanos> {
+        self.open().and_then(|craft| craft.next_due(trace))
+    }
+
+    /// Makes everything of this craft's `trace` that is due at `now`.
+    pub fn play_due(
+        &mut self,
+        now: Nanos,
+        trace: &[TraceRecord],
+        fleet: &FleetView<'_>,
+        out: &mut Outbox,
+    ) {
+        if let Role::Open(craft) = &mut self.role {
+            craft.play(now, trace, fleet, &mut self.counting, out);
+        }
+    }
+
+    /// What is received from now on arrived at `now`.
+    pub const fn arrive(&mut self, now: Nanos) {
+        self.arrived = now;
+    }
+
+    /// What was applied since the last call is known at `now`.
+    pub fn stamp_applied(&mut self, now: Nanos) {
+        if let Role::Open(craft) = &mut self.role {
+            craft.stamp_applied(now);
+        }
+    }
+
+    /// What the craft measured in the epoch; `None` outside of open mode.
+    #[must_use]
+    pub fn stages(&self) -> Option<&Stages> {
+        self.open().map(Open::stages)
+    }
+
+    /// Reads made in the epoch.
+    #[must_use]
+    pub fn reads(&self) -> u64 {
+        self.open().map_or(0, Open::reads)
+    }
+
+    /// The board; `None` outside of open mode.
+    #[must_use]
+    pub fn open_board(&self) -> Option<&Blackboard> {
+        self.open().map(Open::board)
+    }
+
+    fn open(&self) -> Option<&Open> {
+        match &self.role {
+            Role::Open(craft) => Some(craft),
+            _ => None,
+        }
+    }
+
     /// Replaces the strategy of an autonomous craft: tests plant mutants this way.
     pub fn plant(&mut self, strategy: Box<dyn crate::replication::Strategy>) {
         if let Role::Autonomous(craft) = &mut self.role {
@@ -108,6 +190,7 @@ impl Craft {
         match &self.role {
             Role::Absent => Peers::default(),
             Role::Autonomous(craft) => craft.peers(fleet),
+            Role::Open(craft) => craft.peers(fleet),
             Role::Client(_) => Client::peers(fleet),
             Role::Centre(_) => Centre::peers(fleet),
         }
@@ -145,14 +228,14 @@ impl Craft {
                 }
                 Role::Client(client) => client.open_turn(now, turn, &mut self.counting, out),
                 Role::Centre(centre) => centre.open_turn(turn),
-                Role::Absent => {}
+                Role::Open(_) | Role::Absent => {}
             }
         }
         if command.is_last != 0 {
             match &mut self.role {
                 Role::Client(client) => client.sign_off(&mut self.counting, out),
                 Role::Centre(_) => {}
-                Role::Autonomous(_) | Role::Absent => out.is_finished = true,
+                Role::Autonomous(_) | Role::Open(_) | Role::Absent => out.is_finished = true,
             }
         }
     }
@@ -215,6 +298,10 @@ impl Craft {
                 report.board_digests = vec![(self.craft.0, craft.digest())];
                 report.replica_digest = craft.replica_digest();
             }
+            Role::Open(craft) => {
+                report.board_digests = vec![(self.craft.0, craft.board().digest())];
+                report.replica_digest = craft.replica_digest();
+            }
             Role::Centre(centre) => report.board_digests = centre.digests(),
         }
         report
@@ -244,6 +331,9 @@ impl Craft {
         match (&mut self.role, kind) {
             (Role::Autonomous(craft), Kind::Delta) => {
                 craft.receive_delta(header, changes, fleet, counting, out)
+            }
+            (Role::Open(craft), Kind::Delta) => {
+                craft.receive_delta(self.arrived, header, changes, fleet, counting, out)
             }
             (Role::Client(client), Kind::Reply) => {
                 counting.counters.hops += u64::from(header.hop_count);

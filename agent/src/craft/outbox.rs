@@ -82,13 +82,29 @@ impl Outbox {
     pub(crate) fn send(
         &mut self,
         to: Destination,
-        mut header: Header,
+        header: Header,
         changes: Range<usize>,
         counting: &mut Counting,
     ) {
-        header.record_count =
-            u16::try_from(changes.len()).expect("invariant: a firing has few changes");
         counting.counters.traffic[header.class as usize].requests += 1;
+        self.put_sample(to, header, changes);
+    }
+
+    /// Plans one sample in which every change is a request of its own.
+    pub(crate) fn send_batch(
+        &mut self,
+        to: Destination,
+        header: Header,
+        changes: Range<usize>,
+        counting: &mut Counting,
+    ) {
+        counting.counters.traffic[header.class as usize].requests += changes.len() as u64;
+        self.put_sample(to, header, changes);
+    }
+
+    fn put_sample(&mut self, to: Destination, mut header: Header, changes: Range<usize>) {
+        header.record_count =
+            u16::try_from(changes.len()).expect("invariant: a sample holds few changes");
         self.samples.push(Outgoing { to, header, changes });
     }
 }

@@ -15,6 +15,7 @@ mod compare;
 mod deliveries;
 mod digest;
 mod expected;
+mod open;
 mod replay;
 mod routes;
 
@@ -25,4 +26,5 @@ pub use compare::{Discrepancy, Metric, Observed, compare};
 pub use deliveries::Deliveries;
 pub use digest::{board_digest, path_digest, replica_digest};
 pub use expected::{Expected, ExpectedCounts};
+pub use open::{ExpectedOpen, disagreements};
 pub use replay::{Fired, Replay};

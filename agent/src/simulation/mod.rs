@@ -5,8 +5,11 @@
 //! arrival order shows as a difference between seeds of delivery. Not here: counts of processes, CPU
 //! time, memory (they are 0 in a simulated report).
 
+mod open;
 #[cfg(test)]
 mod tests;
+
+pub use open::SimulatedOpen;
 
 use crate::craft::dispatch::dispatch;
 use crate::craft::{Craft, Outbox};
@@ -17,7 +20,7 @@ use shared_types::knowledge::FleetView;
 use shared_types::rng::{Purpose, Stream};
 use shared_types::transport::memory::{MemoryEndpoint, MemoryNetwork, MemoryOptions};
 use shared_types::transport::{Endpoint, SendError};
-use shared_types::wire::{EpochSpec, TrialReport, TurnCommand};
+use shared_types::wire::{EpochSpec, StrategyKind, TrialReport, TurnCommand};
 
 /// What a simulated trial yields.
 #[derive(Clone, Debug)]
@@ -51,6 +54,9 @@ pub enum SimulationError {
         /// What every process counted until then.
         reports: Vec<TrialReport>,
     },
+    /// A trace was given to a strategy that plays none yet.
+    #[error("`{0}` does not play traces yet; the strategies without a centre do")]
+    NotOpen(StrategyKind),
     /// A craft reported what does not fit.
     #[error(transparent)]
     Ledger(#[from] LedgerError),

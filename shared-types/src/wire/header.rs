@@ -145,7 +145,8 @@ pub struct Header {
     pub sequence: u64,
     /// The origin's firing number, from 0 in each epoch.
     pub firing_number: u32,
-    /// What a request asks or a reply answers.
+    /// What a request asks or a reply answers; in a delta of open mode the time under way before this
+    /// hop, ns.
     pub argument: u32,
     /// Hops so far, this one included.
     pub hop_count: u16,

@@ -1,0 +1,208 @@
+//! What was played against what the trace alone demands.
+
+use super::SimulatedOpen;
+use crate::oracle::{ExpectedOpen, disagreements};
+use crate::simulation::{Simulation, SimulationError};
+use proptest::prelude::{ProptestConfig, prop_assert_eq, proptest};
+use shared_types::ids::{CraftId, FactId};
+use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, Topology, Value};
+use shared_types::rng::{Purpose, Stream};
+use shared_types::trace::TraceRecord;
+use shared_types::transport::memory::MemoryOptions;
+use shared_types::wire::{Class, EpochSpec, StrategyKind};
+
+const STRATEGIES: [StrategyKind; 6] = [
+    StrategyKind::Null,
+    StrategyKind::Full,
+    StrategyKind::Boundary,
+    StrategyKind::Limited,
+    StrategyKind::Hierarchy,
+    StrategyKind::Hybrid,
+];
+
+const FACTS: u32 = 12;
+
+/// Boards without rules; half of the facts are shared, each by as many crafts as its id says.
+fn network(crafts: u32, seed: u64) -> FleetNetwork {
+    let mut stream = Stream::new(seed, 0, Purpose::Test, 0);
+    let mut links = vec![Vec::<(u32, u32)>::new(); crafts as usize];
+    for fact in 0..FACTS / 2 {
+        let mut sharers: Vec<u32> = (0..crafts).collect();
+        stream.shuffle(&mut sharers);
+        sharers.truncate((fact as usize + 2).min(crafts as usize));
+        sharers.sort_unstable();
+        for &from in &sharers {
+            for &to in sharers.iter().filter(|&&to| to != from) {
+                links[from as usize].extend([(fact, to), (fact, fact)]);
+            }
+        }
+    }
+    let boards = links.iter().map(|links| {
+        let links = Csr::from_pairs(FACTS as usize, links);
+        let mut board = BoardNetwork { fact_count: FACTS, links, ..BoardNetwork::default() };
+        board.index_readers();
+        board
+    });
+    let parent = (0..crafts).map(|craft| craft.checked_sub(1).map_or(u32::MAX, |below| below / 2));
+    let group = (0..crafts).map(|craft| craft / 3).collect();
+    let topology = Topology::new(parent.collect(), group).expect("halving makes a tree");
+    let network = FleetNetwork { boards: boards.collect(), topology, script: Vec::new() };
+    network.view().validate().expect("links name what exists");
+    network
+}
+
+/// Random bursts, about `gap_ns` apart, with some reads.
+fn trace(crafts: u32, seed: u64, gap_ns: u32) -> Vec<Vec<TraceRecord>> {
+    let of_craft = |craft| {
+        let mut stream = Stream::new(seed, 1, Purpose::Test, craft);
+        let (mut records, mut at_ns) = (Vec::new(), 0);
+        for _ in 0..30 {
+            at_ns += u64::from(stream.below(2 * gap_ns));
+            for _ in 0..stream.between(1, 6) {
+                let fact = FactId(stream.below(FACTS));
+                records.push(match stream.below(3) {
+                    0 => TraceRecord::read(at_ns, fact),
+                    choice => TraceRecord::write(at_ns, fact, choice == 1),
+                });
+            }
+        }
+        records
+    };
+    (0..crafts).map(of_craft).collect()
+}
+
+fn spec(strategy: StrategyKind, record_bytes: u32) -> EpochSpec {
+    EpochSpec {
+        epoch: 0,
+        network: 0,
+        seed: 5,
+        trial: 0,
+        strategy,
+        own_firing_only: true,
+        ignores_finals: true,
+        sends_altered_only: false,
+        record_bytes,
+        turns_max: 1,
+    }
+}
+
+fn play(
+    spec: &EpochSpec,
+    network: &FleetNetwork,
+    trace: &[Vec<TraceRecord>],
+    jitter_ns: u32,
+) -> (Simulation, SimulatedOpen) {
+    let options = MemoryOptions { jitter_ns, ..MemoryOptions::default() };
+    let mut simulation = Simulation::new(network.view().craft_count(), options);
+    let played = simulation.play_open(spec, &network.view(), trace).expect("it is played");
+    (simulation, played)
+}
+
+/// What was played, in the oracle's terms.
+fn observed(played: &SimulatedOpen) -> [Vec<u64>; 3] {
+    let class = Class::Replication as usize;
+    let of = |count: fn(&shared_types::wire::Traffic) -> u64| {
+        let reports = played.reports.iter();
+        reports.map(|report| count(&report.counters.traffic[class])).collect::<Vec<_>>()
+    };
+    let applications = played.stages.iter().map(|stages| stages.knowledge.len()).collect();
+    [of(|traffic| traffic.requests), of(|traffic| traffic.transmissions), applications]
+}
+
+fn check(strategy: StrategyKind, crafts: u32, seed: u64, record_bytes: u32, jitter_ns: u32) {
+    let (network, trace) = (network(crafts, seed), trace(crafts, seed, 20_000));
+    let (spec, view) = (spec(strategy, record_bytes), network.view());
+    let (simulation, played) = play(&spec, &network, &trace, jitter_ns);
+    let expected = ExpectedOpen::of(&spec, &view, &trace);
+    let [requests, transmissions, applications] = observed(&played);
+    assert_eq!(requests, expected.requests, "{strategy}, seed {seed}");
+    assert_eq!(transmissions, expected.transmissions, "{strategy}, seed {seed}");
+    assert_eq!(applications, expected.applications, "{strategy}, seed {seed}");
+    for (report, receiver) in played.reports.iter().zip((0..).map(CraftId)) {
+        for sender in (0..crafts).map(CraftId) {
+            let delivered = report.counters.deliveries_from[sender.index()];
+            assert_eq!(delivered, expected.deliveries.between(sender, receiver), "{strategy}");
+        }
+        assert!(!report.counters.losses.is_partial(), "{:?}", report.counters.losses);
+    }
+    if strategy != StrategyKind::Null {
+        let state = |craft, fact| simulation.fact(craft, fact).expect("the craft took part");
+        assert_eq!(disagreements(&view, state), [], "{strategy}, seed {seed}");
+    }
+    let of_trace = |craft: usize, reads: bool| {
+        trace[craft].iter().filter(|record| record.holds().is_none() == reads).count() as u64
+    };
+    for (craft, stages) in played.stages.iter().enumerate() {
+        assert_eq!(stages.schedule.len(), of_trace(craft, false));
+        assert_eq!(stages.schedule.max(), 1, "the virtual clock is never late");
+        assert_eq!(played.reads[craft], of_trace(craft, true));
+    }
+}
+
+#[test]
+fn every_strategy_sends_delivers_and_applies_what_the_trace_demands() {
+    for seed in 0..30 {
+        let crafts = 1 + u32::try_from(seed % 9).expect("small");
+        for strategy in STRATEGIES {
+            check(strategy, crafts, seed, 16, 1_000);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn neither_delays_nor_sizes_of_records_move_a_count_they_should_not(
+        seed in 0_u64..10_000, crafts in 2_u32..10, strategy in 0_usize..6, jitter_ns in 0_u32..200_000,
+    ) {
+        check(STRATEGIES[strategy], crafts, seed, 16, jitter_ns);
+        let (network, trace) = (network(crafts, seed), trace(crafts, seed, 20_000));
+        let played = |jitter| observed(&play(&spec(STRATEGIES[strategy], 64), &network, &trace, jitter).1);
+        prop_assert_eq!(played(0), played(jitter_ns));
+    }
+}
+
+#[test]
+fn a_burst_that_no_sample_takes_is_split_and_still_counted_change_by_change() {
+    let network = network(3, 1);
+    let burst = vec![TraceRecord::write(1_000, FactId(1), true); 40];
+    let trace = [burst, Vec::new(), Vec::new()];
+    // 4 KiB a record: 15 of them fit 64 KiB.
+    for (strategy, hops) in [(StrategyKind::Boundary, 2), (StrategyKind::Full, 1)] {
+        let (_, played) = play(&spec(strategy, 4112), &network, &trace, 1_000);
+        let [requests, transmissions, applications] = observed(&played);
+        assert_eq!((requests[0], transmissions[0]), (40 * hops, 3 * hops), "{strategy}");
+        assert_eq!(applications, [0, 40, 40]);
+    }
+}
+
+#[test]
+fn the_last_write_of_a_slow_trace_holds_on_every_board_that_shares_it() {
+    let network = network(5, 3);
+    let (mut trace, mut last) = (vec![Vec::new(); 5], Value::Unknown);
+    for step in 0..40_u32 {
+        let holds = step % 3 != 0;
+        last = if holds { Value::Asserted } else { Value::Absent };
+        let at_ns = u64::from(step) * 1_000_000;
+        trace[(step % 5) as usize].push(TraceRecord::write(at_ns, FactId(5), holds));
+    }
+    for strategy in STRATEGIES.into_iter().filter(|&strategy| strategy != StrategyKind::Null) {
+        let (simulation, played) = play(&spec(strategy, 16), &network, &trace, 10_000);
+        for craft in (0..5).map(CraftId) {
+            let state = simulation.fact(craft, FactId(5)).expect("the craft took part");
+            assert_eq!((state.value, state.version.count), (last, 40), "{strategy}");
+            let knowledge = &played.stages[craft.index()].knowledge;
+            assert!(knowledge.max() < 1_000_000, "each was known before the next");
+            assert!(knowledge.min() > 0);
+        }
+    }
+}
+
+#[test]
+fn central_strategies_are_refused_by_name() {
+    let network = network(2, 1);
+    let mut simulation = Simulation::new(2, MemoryOptions::default());
+    let refused = simulation.play_open(&spec(StrategyKind::Central, 16), &network.view(), &[]);
+    assert!(matches!(refused, Err(SimulationError::NotOpen(StrategyKind::Central))));
+}
