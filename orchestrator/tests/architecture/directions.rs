@@ -55,6 +55,7 @@ const RULES: &[Rule] = &[
     Rule { module: "agent::blackboard", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::craft", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::lockstep", never: OUTSIDE, because: NO_OUTSIDE },
+    Rule { module: "agent::metrics", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::oracle", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::replication", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::simulation", never: OUTSIDE, because: NO_OUTSIDE },
