@@ -12,3 +12,4 @@ for over in iceoryx2 datagrams; do "$programs/raw-round" --over "$over"; done
 "$programs/delta-one-way"
 "$programs/one-way-ratio" --triples "${1:-9}"
 "$programs/turn-ratio" --pairs "${1:-9}"
+cargo bench --locked -p slateswarm-benches --bench micro
