@@ -108,6 +108,15 @@ pub const BLOCKS_MAX: u32 = 1000;
 /// Fewest blocks, fresh launches of a fleet, with which a comparison of times names a winner.
 pub const WINNER_BLOCKS_MIN: u32 = 9;
 
+/// Processors that others may keep busy on average while a block is measured, before it is noisy.
+pub const FOREIGN_CORES_MAX: f64 = 0.1;
+
+/// How much slower than the fastest of a run its fixed loop may be, before a block is noisy.
+pub const SPIN_RATIO_MAX: f64 = 1.25;
+
+/// Share of its time that the fixed loop may wait for a processor, before a block is noisy.
+pub const SPIN_DELAY_SHARE_MAX: f64 = 0.1;
+
 const _: () = assert!(REAL_CRAFTS_MAX < SIMULATED_CRAFTS_TESTED);
 const _: () = assert!((REAL_CRAFTS_MAX as usize) < CRAFTS_RECORDED_MAX);
 const _: () = assert!(SIMULATED_CRAFTS_TESTED <= SIMULATED_CRAFTS_MAX);

@@ -62,6 +62,7 @@ fn sentence(event: &Event) -> Option<String> {
         Event::Note { what } => Some(what.clone()),
         Event::FleetStarted { .. }
         | Event::FleetReady { .. }
+        | Event::HostChecked { .. }
         | Event::EpochDone { .. }
         | Event::Ended { .. } => None,
     }

@@ -1,5 +1,6 @@
 //! What happened in a run besides its measurements: the lines of `events.jsonl`.
 
+use super::host::HostCheck;
 use super::record::{Cell, TrialEnd};
 use serde::{Deserialize, Serialize};
 
@@ -58,6 +59,16 @@ pub enum Event {
         trial: u32,
         /// How it ended.
         end: TrialEnd,
+    },
+    /// A block's times are measured: what was seen of the host around it.
+    HostChecked {
+        /// Which launch.
+        block: u32,
+        /// Crafts, a centre not counted.
+        size: u32,
+        /// As measured.
+        #[serde(flatten)]
+        check: HostCheck,
     },
     /// A process of the fleet is gone.
     CraftLost {

@@ -8,6 +8,7 @@ pub mod crafts;
 pub mod event;
 pub mod figure;
 pub mod histogram;
+pub mod host;
 pub mod inference;
 pub mod measurements;
 pub mod pairs;

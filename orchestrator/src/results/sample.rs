@@ -1,6 +1,7 @@
 //! Records made up for tests: arithmetic instead of a fleet, different in every field.
 
 use super::event::Event;
+use super::host::HostCheck;
 use super::provenance::{Host, Provenance, Versions};
 use super::record::{
     Cell, Counts, CraftFacts, Digest, Overhead, ProcessCost, TimingRecord, TrialEnd, TrialFacts,
@@ -202,6 +203,8 @@ pub(crate) fn leave_blocks(
     let mut draws = Stream::new(u64::from(run), 0, Purpose::Test, 77);
     for block in 0..blocks {
         let fleet_factor = 1.0 + 0.4 * draws.unit();
+        let check = HostCheck { measured_ns: 1, ..HostCheck::default() };
+        store.event(Event::HostChecked { block, size: 3, check }).unwrap();
         for (strategy, again, factor) in [
             (StrategyKind::Null, 0, 0.5),
             (StrategyKind::Boundary, 0, 1.0),

@@ -8,6 +8,7 @@
 use super::crafts::{CraftCell, craft_cells};
 use super::event::{Event, EventLine};
 use super::figure::Figures;
+use super::host::HostReport;
 use super::pairs::{self, Compared};
 use super::provenance::Provenance;
 use super::read::{Missing, RunData};
@@ -78,6 +79,8 @@ pub struct Timing {
     pub cells: Vec<TimedFigures>,
     /// Median turn times by size and strategy, paired by block with those of one strategy.
     pub compared: Vec<Compared>,
+    /// Whether the host was quiet.
+    pub host: HostReport,
     /// The timing cells as recorded.
     pub records: Vec<TimingRecord>,
     /// Every trial's times and costs, in the order in which they were run.
@@ -127,7 +130,8 @@ impl Summary {
             crafts: craft_cells(&trials),
             trials,
         };
-        let compared = pairs::compared(run, true);
+        let host = HostReport::of(&run.events);
+        let compared = pairs::compared(run, host.is_clean());
         let timing = Timing {
             provenance,
             outcome: run.outcome(),
@@ -135,6 +139,7 @@ impl Summary {
             incidents: run.events.iter().filter(|line| is_incident(&line.event)).cloned().collect(),
             cells: times::timed_figures(run, &compared),
             compared,
+            host,
             records: run.timings.iter().map(|timed| timed.record.clone()).collect(),
             trials: run.trials.iter().map(trial_times).collect(),
         };
@@ -188,6 +193,7 @@ fn is_incident(event: &Event) -> bool {
         | Event::Interrupted { .. } => true,
         Event::FleetStarted { .. }
         | Event::FleetReady { .. }
+        | Event::HostChecked { .. }
         | Event::EpochDone { .. }
         | Event::Ended { .. } => false,
     }

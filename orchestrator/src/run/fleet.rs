@@ -134,6 +134,11 @@ impl<'a> RealFleet<'a> {
         Ok(fleet)
     }
 
+    /// The living processes, by their numbers in the system.
+    pub(super) fn process_ids(&self) -> Vec<u32> {
+        self.watch.living().map(CraftProcess::pid).collect()
+    }
+
     /// Notes that the first turn opens now.
     pub(super) fn note_ready(&mut self, now: Nanos) {
         self.ready_ns.get_or_insert(now.since(self.spawned));

@@ -11,6 +11,7 @@ pub mod backend;
 pub mod demand;
 mod epoch;
 mod fleet;
+mod guard;
 pub mod order;
 mod patience;
 pub mod plan;
@@ -31,6 +32,7 @@ use agent::simulation::Simulation;
 use backend::{Backend, SimulatedFleet};
 use epoch::Rules;
 use fleet::RealFleet;
+use guard::{Sample, Spin};
 use plan::{FleetPlan, RunPlan};
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
@@ -137,17 +139,27 @@ impl<'a> Runner<'a> {
         let order = plan.order.iter().map(ToString::to_string).collect();
         self.store.event(Event::FleetStarted { block, size, processes, order })?;
         self.progress.at(self.done, self.plan.epochs(), &format!("starting {size} crafts"));
+        let spin_before = self.plan.timing.map(|_| Spin::run());
         let mut fleet = match RealFleet::launch(options, launcher, signals) {
             Ok(fleet) => fleet,
             Err(error) => return self.end_early(plan, "starting the fleet", error),
         };
         let mut ended = self.play_trials(&mut fleet, block, plan)?;
+        let mut samples = None;
         if ended == Ended::Complete
             && let Some(timing) = &self.plan.timing
         {
+            let before = Sample::take(&plan.placement, size, &fleet.process_ids());
             ended = self.measure(&mut fleet, block, plan, timing)?;
+            samples = Some((before, Sample::take(&plan.placement, size, &fleet.process_ids())));
         }
         self.end_fleet(fleet, plan)?;
+        if let (Some(spin_before), Some((before, after)), Ended::Complete) =
+            (spin_before, samples, ended)
+        {
+            let check = before.until(&after, (spin_before, Spin::run()));
+            self.store.event(Event::HostChecked { block, size, check })?;
+        }
         Ok(ended)
     }
 
