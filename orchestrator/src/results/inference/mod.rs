@@ -200,7 +200,7 @@ pub fn middle_of(mut estimates: Vec<f64>) -> Option<(f64, f64)> {
 }
 
 /// How often the sum of `values` is as far from 0 if the sign of each is chance: both sides, exact up
-/// to [`ALL_FLIPS_BLOCKS_MAX`] values. 1 of nothing.
+/// to `ALL_FLIPS_BLOCKS_MAX` values. 1 of nothing.
 #[must_use]
 pub fn sign_flip(values: &[f64], stream: &mut Stream) -> f64 {
     let Some((first, rest)) = values.split_first() else { return 1.0 };
