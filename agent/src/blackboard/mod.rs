@@ -34,6 +34,8 @@ pub struct Blackboard {
     is_spent: BitSet,
     /// Rules and actions that may fire more than once.
     repeats: BitSet,
+    /// Final facts that the last firing newly asserted, if only for a moment.
+    reached: Vec<FactId>,
 }
 
 impl Blackboard {
@@ -97,8 +99,8 @@ impl Blackboard {
     }
 
     /// Runs a firing: writes its facts, queues its actions, and puts what it changed into `changes`
-    /// (cleared first; each fact once, with its last version). Returns the final facts that it newly
-    /// asserted.
+    /// (cleared first; each fact once, with its last version). Returns whether it newly asserted a
+    /// final fact; see [`Self::reached`].
     pub fn fire(
         &mut self,
         board: &BoardView<'_>,
@@ -107,6 +109,7 @@ impl Blackboard {
         changes: &mut Vec<Change>,
     ) -> bool {
         changes.clear();
+        self.reached.clear();
         let rules = board.rule_count();
         let Some(target) = firing.target(rules) else { return false };
         let item = firing.0 as usize;
@@ -129,13 +132,13 @@ impl Blackboard {
                 board.action_outputs.row(action.index())
             }
         };
-        let mut reaches_final = false;
         for &packed in outputs {
             let assignment = Assignment { 0: packed };
             let change = self.write(board, craft, assignment);
-            reaches_final |= change.altered
-                && change.value == Value::Asserted
-                && board.is_final(assignment.fact());
+            let is_asserted = change.altered && change.value == Value::Asserted;
+            if is_asserted && board.is_final(change.fact) {
+                self.reached.push(change.fact);
+            }
             match changes.iter_mut().find(|earlier| earlier.fact == change.fact) {
                 Some(earlier) => {
                     *earlier = Change { altered: earlier.altered || change.altered, ..change };
@@ -143,7 +146,13 @@ impl Blackboard {
                 None => changes.push(change),
             }
         }
-        reaches_final
+        !self.reached.is_empty()
+    }
+
+    /// Final facts that the last firing newly asserted, also one that it then took back itself.
+    #[must_use]
+    pub fn reached(&self) -> &[FactId] {
+        &self.reached
     }
 
     /// Takes over a delivered value if it is newer.

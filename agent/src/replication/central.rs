@@ -8,7 +8,7 @@
 use crate::blackboard::Blackboard;
 use crate::craft::{Counting, Outbox, header};
 use shared_types::ids::{CraftId, FactId, Firing, Turn};
-use shared_types::knowledge::{Change, FleetView, Value};
+use shared_types::knowledge::{Change, FleetView};
 use shared_types::limits::PIPELINE_DEPTH;
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Peers};
@@ -217,11 +217,4 @@ impl Client {
         self.stage = stage;
         out.send(Destination::Craft(self.centre), header, 0..0, counting);
     }
-}
-
-/// Whether a change newly asserts a final fact of the board that it belongs to.
-pub(super) fn reaches_final(change: &Change, finals: &[u32]) -> bool {
-    change.altered
-        && change.value == Value::Asserted
-        && finals.binary_search(&change.fact.0).is_ok()
 }

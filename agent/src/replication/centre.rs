@@ -5,7 +5,6 @@
 //! results of the turn are in; what a link changed rides on the first reply of the next turn, the
 //! last turn's on the reply to the sign-off.
 
-use super::central::reaches_final;
 use crate::blackboard::Blackboard;
 use crate::craft::{Counting, Held, Outbox, header};
 use shared_types::ids::{CraftId, FactId, Firing, Turn};
@@ -179,8 +178,7 @@ impl Centre {
         };
         let board = fleet.board(asker);
         seat.board.fire(board, asker, firing, &mut self.changes);
-        let reached = self.changes.iter().filter(|change| reaches_final(change, board.finals));
-        seat.reached.extend(reached.map(|change| change.fact));
+        seat.reached.extend_from_slice(seat.board.reached());
         if altered_only {
             self.changes.retain(|change| change.altered);
         }
@@ -200,17 +198,18 @@ impl Centre {
         Ok(())
     }
 
+    /// Answers whether the asker's final fact is reached: newly asserted by its own firing of this
+    /// turn or, where deliveries count as well, true once the turn is applied. A fact that its own
+    /// firing asserted and a delivery of the same turn took back was reached.
     fn check(&mut self, asker: CraftId, fact: FactId, counting: &mut Counting, out: &mut Outbox) {
         let own_firing_only = self.spec().own_firing_only;
         let seat = &mut self.seats[asker.index()];
-        let answer = if own_firing_only {
-            seat.reached.contains(&fact)
-        } else if self.is_applied {
-            seat.board.state(fact).value == Value::Asserted
-        } else {
+        if !own_firing_only && !self.is_applied {
             seat.waiting.push(fact);
             return;
-        };
+        }
+        let is_true = !own_firing_only && seat.board.state(fact).value == Value::Asserted;
+        let answer = is_true || seat.reached.contains(&fact);
         self.reply(asker, u32::from(answer), false, counting, out);
     }
 
