@@ -75,6 +75,7 @@ fn restless_network() -> FleetNetwork {
         boards: boards.collect(),
         topology: Topology::new(parent.collect(), vec![0, 0, 1, 1]).expect("a tree"),
         script: Vec::new(),
+        trace: Vec::new(),
     }
 }
 
@@ -163,6 +164,7 @@ fn core_allocates_nothing_per_delta_in_the_steady_state() {
             sends_altered_only: false,
             record_bytes: 16,
             turns_max: 1000,
+            open: None,
         };
         let mut fleet = Fleet::new(&spec, &view);
         for turn in 0..200 {

@@ -33,6 +33,7 @@ fn network() -> FleetNetwork {
         boards: boards.collect(),
         topology: Topology::binary(CRAFTS),
         script: Vec::new(),
+        trace: Vec::new(),
     }
 }
 
@@ -48,6 +49,7 @@ fn spec() -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 5,
+        open: None,
     }
 }
 

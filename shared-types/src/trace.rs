@@ -22,6 +22,23 @@ pub struct TraceRecord {
     code: u32,
 }
 
+/// A craft's records as words, two a record: the form in which they travel in an archive.
+#[must_use]
+pub fn to_words(records: &[TraceRecord]) -> Vec<u64> {
+    let words = |record: &TraceRecord| -> [u64; 2] { zerocopy::transmute!(*record) };
+    records.iter().flat_map(words).collect()
+}
+
+/// The records that `words` are, read in place.
+///
+/// # Panics
+/// If there is half a record: whoever checks an archive looks at this.
+#[must_use]
+pub fn from_words(words: &[u64]) -> &[TraceRecord] {
+    <[TraceRecord]>::ref_from_bytes(words.as_bytes())
+        .expect("invariant: two words have size and alignment of a record")
+}
+
 impl TraceRecord {
     /// `fact` is read at `at_ns`.
     #[must_use]

@@ -51,7 +51,7 @@ fn mission(crafts: u32, seed: u64) -> FleetNetwork {
     let parent = (0..crafts).map(|craft| craft.checked_sub(1).map_or(u32::MAX, |below| below / 2));
     let group = (0..crafts).map(|craft| craft / 3).collect();
     let topology = Topology::new(parent.collect(), group).expect("halving makes a tree");
-    let network = FleetNetwork { boards, topology, script: Vec::new() };
+    let network = FleetNetwork { boards, topology, script: Vec::new(), trace: Vec::new() };
     network.view().validate().expect("the mission names only what exists");
     network
 }
@@ -89,6 +89,7 @@ fn spec(strategy: StrategyKind, seed: u64) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 12,
+        open: None,
     }
 }
 
@@ -248,6 +249,7 @@ fn fleet_of_ten_thousand_plays_a_sparse_mission() {
         boards: boards.collect(),
         topology: Topology::binary(crafts),
         script: Vec::new(),
+        trace: Vec::new(),
     };
     for kind in [StrategyKind::Boundary, StrategyKind::Hierarchy] {
         let rules = EpochSpec { turns_max: 1, ..spec(kind, 5) };

@@ -48,6 +48,7 @@ pub fn network() -> FleetNetwork {
         boards: [1, 0].map(board).into(),
         topology: Topology::binary(2),
         script: Vec::new(),
+        trace: Vec::new(),
     }
 }
 
@@ -221,6 +222,7 @@ fn epoch() -> EpochSpec {
         sends_altered_only: true,
         record_bytes: u32::try_from(RECORD_BYTES).expect("invariant: a record is short"),
         turns_max: u32::MAX,
+        open: None,
     }
 }
 

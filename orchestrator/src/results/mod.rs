@@ -10,6 +10,7 @@ pub mod figure;
 pub mod histogram;
 pub mod host;
 pub mod inference;
+pub mod load;
 pub mod measurements;
 pub mod pairs;
 pub mod provenance;

@@ -3,10 +3,11 @@
 use crate::supervision::signals::{Signals, StopRequest};
 use crate::supervision::watch::CraftEnded;
 use agent::lockstep::Outcome;
-use agent::simulation::{Simulation, SimulationError};
+use agent::simulation::{SimulatedTrial, Simulation, SimulationError};
 use shared_types::ids::{CraftId, Firing, Turn};
 use shared_types::knowledge::FleetNetwork;
 use shared_types::time::Nanos;
+use shared_types::trace::TraceRecord;
 use shared_types::transport::{SendError, clock};
 use shared_types::wire::{EpochSpec, Traffic, TrialReport};
 
@@ -40,6 +41,22 @@ pub struct Clocked {
     pub control: Traffic,
 }
 
+/// An epoch of open mode that was played to its end.
+#[derive(Clone, Debug, Default)]
+pub struct PlayedOpen {
+    /// One report per process, the centre last; each has its part of open mode.
+    pub reports: Vec<TrialReport>,
+    /// Whether the fleet became quiet after the end of the interval; else it was given up after a
+    /// grace, and what had not arrived by then is unknown.
+    pub is_quiet: bool,
+    /// CPU time of the orchestrator in the interval, ns; 0 in simulation.
+    pub orchestrator_cpu_ns: u64,
+    /// Times that the orchestrator slept and was woken in the interval; 0 in simulation.
+    pub orchestrator_sleeps: u64,
+    /// The orchestrator's own traffic of class control.
+    pub control: Traffic,
+}
+
 /// Why a trial was not played to its end.
 #[derive(Debug)]
 pub enum PlayError {
@@ -68,6 +85,24 @@ impl From<SendError> for PlayError {
     }
 }
 
+impl From<SimulatedTrial> for Played {
+    fn from(trial: SimulatedTrial) -> Self {
+        let SimulatedTrial { outcome, turns, path_digest, path, reports, .. } = trial;
+        Self { outcome, turns, path_digest, path, reports, clock: Clocked::default() }
+    }
+}
+
+impl From<SimulationError> for PlayError {
+    fn from(error: SimulationError) -> Self {
+        match error {
+            SimulationError::Unbalanced { turns, standing, reports, .. } => {
+                Self::Unbalanced { turns, standing, reports }
+            }
+            error => Self::Failed(error.to_string()),
+        }
+    }
+}
+
 /// What plays trials.
 pub trait Backend {
     /// Plays the trial `spec` on `network`. A spec whose `network` is an earlier epoch's refers to
@@ -76,6 +111,17 @@ pub trait Backend {
     /// # Errors
     /// If the trial does not come to its end.
     fn play(&mut self, spec: &EpochSpec, network: &FleetNetwork) -> Result<Played, PlayError>;
+
+    /// Plays the trace that `network` holds, as `spec.open` says. Networks are referred to as in
+    /// [`Self::play`].
+    ///
+    /// # Errors
+    /// If the epoch does not come to its end.
+    fn play_open(
+        &mut self,
+        spec: &EpochSpec,
+        network: &FleetNetwork,
+    ) -> Result<PlayedOpen, PlayError>;
 
     /// From the first spawn to the first turn's command, ns; `None` in simulation and before that.
     fn ready_ns(&self) -> Option<u64>;
@@ -92,8 +138,9 @@ pub struct SimulatedFleet<'a> {
     pub run_ends: Option<Nanos>,
 }
 
-impl Backend for SimulatedFleet<'_> {
-    fn play(&mut self, spec: &EpochSpec, network: &FleetNetwork) -> Result<Played, PlayError> {
+impl SimulatedFleet<'_> {
+    /// Whether the run must end.
+    fn look_around(&mut self) -> Result<(), PlayError> {
         match self.signals.poll() {
             Ok(Some(request)) => return Err(PlayError::Stopped(request)),
             Ok(None) => {}
@@ -102,20 +149,26 @@ impl Backend for SimulatedFleet<'_> {
         if self.run_ends.is_some_and(|ends| clock::now() >= ends) {
             return Err(PlayError::TimeLimit);
         }
-        match self.simulation.play(spec, &network.view()) {
-            Ok(trial) => Ok(Played {
-                outcome: trial.outcome,
-                turns: trial.turns,
-                path_digest: trial.path_digest,
-                path: trial.path,
-                reports: trial.reports,
-                clock: Clocked::default(),
-            }),
-            Err(SimulationError::Unbalanced { turns, standing, reports, .. }) => {
-                Err(PlayError::Unbalanced { turns, standing, reports })
-            }
-            Err(error) => Err(PlayError::Failed(error.to_string())),
-        }
+        Ok(())
+    }
+}
+
+impl Backend for SimulatedFleet<'_> {
+    fn play(&mut self, spec: &EpochSpec, network: &FleetNetwork) -> Result<Played, PlayError> {
+        self.look_around()?;
+        Ok(self.simulation.play(spec, &network.view())?.into())
+    }
+
+    fn play_open(
+        &mut self,
+        spec: &EpochSpec,
+        network: &FleetNetwork,
+    ) -> Result<PlayedOpen, PlayError> {
+        self.look_around()?;
+        let fleet = network.view();
+        let trace: Vec<Vec<TraceRecord>> = fleet.trace.iter().map(|part| part.to_vec()).collect();
+        let played = self.simulation.play_open(spec, &fleet, &trace)?;
+        Ok(PlayedOpen { reports: played.reports, is_quiet: true, ..PlayedOpen::default() })
     }
 
     fn ready_ns(&self) -> Option<u64> {

@@ -1,6 +1,6 @@
 //! One trial on a real fleet: begin the epoch, open and close turns, collect the reports.
 
-use super::backend::{Backend, Clocked, PlayError, Played};
+use super::backend::{Backend, Clocked, PlayError, Played, PlayedOpen};
 use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
 use agent::lockstep::Referee;
 use shared_types::ids::CraftId;
@@ -40,6 +40,10 @@ impl Backend for RealFleet<'_> {
                 control: self.control,
             },
         })
+    }
+
+    fn play_open(&mut self, _: &EpochSpec, _: &FleetNetwork) -> Result<PlayedOpen, PlayError> {
+        Err(PlayError::Failed("open mode is refused by `run` so far".to_owned()))
     }
 
     fn ready_ns(&self) -> Option<u64> {

@@ -1,6 +1,6 @@
 //! What the loop makes of a fleet that misbehaves.
 
-use super::backend::{Backend, Clocked, PlayError, Played};
+use super::backend::{Backend, PlayError, Played, PlayedOpen};
 use super::plan::{FleetPlan, RunPlan};
 use super::{Ended, Progress, Runner};
 use crate::launch::placement::{Placement, Processors};
@@ -9,7 +9,7 @@ use crate::results::provenance::{Provenance, RunIdentity};
 use crate::results::store::{EVENTS_FILE, Place, Store};
 use crate::scenario::{Base, load};
 use agent::replication::{Context, Plans, Request, Strategy, strategy};
-use agent::simulation::{Simulation, SimulationError};
+use agent::simulation::Simulation;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{Change, FleetNetwork};
 use shared_types::rng::{Purpose, Stream};
@@ -69,26 +69,15 @@ impl Backend for Misbehaving {
         let mutant = |craft: CraftId| -> Option<Box<dyn Strategy>> {
             (craft.0 == 0).then(|| Box::new(Mutant(strategy(spec.strategy), self.0)) as Box<_>)
         };
-        let played = simulation.play_with(spec, &network.view(), mutant);
-        match played {
-            Ok(mut trial) => {
-                if matches!(self.0, Misdeed::LosesASample) {
-                    trial.reports[1].counters.losses.gaps = 1;
-                }
-                Ok(Played {
-                    outcome: trial.outcome,
-                    turns: trial.turns,
-                    path_digest: trial.path_digest,
-                    path: trial.path,
-                    reports: trial.reports,
-                    clock: Clocked::default(),
-                })
-            }
-            Err(SimulationError::Unbalanced { turns, standing, reports, .. }) => {
-                Err(PlayError::Unbalanced { turns, standing, reports })
-            }
-            Err(error) => Err(PlayError::Failed(error.to_string())),
+        let mut trial = simulation.play_with(spec, &network.view(), mutant)?;
+        if matches!(self.0, Misdeed::LosesASample) {
+            trial.reports[1].counters.losses.gaps = 1;
         }
+        Ok(trial.into())
+    }
+
+    fn play_open(&mut self, _: &EpochSpec, _: &FleetNetwork) -> Result<PlayedOpen, PlayError> {
+        unreachable!("these tests play turns")
     }
 
     fn ready_ns(&self) -> Option<u64> {

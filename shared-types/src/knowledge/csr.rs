@@ -148,6 +148,12 @@ pub(super) fn numbers(archived: &[rend::u32_le]) -> &[u32] {
     <[u32]>::ref_from_bytes(archived.as_bytes()).expect("invariant: u32_le has the layout of u32")
 }
 
+/// As [`numbers`], of 64 bits.
+#[inline]
+pub(super) fn words(archived: &[rend::u64_le]) -> &[u64] {
+    <[u64]>::ref_from_bytes(archived.as_bytes()).expect("invariant: u64_le has the layout of u64")
+}
+
 /// A table of lists, read in place.
 #[derive(Clone, Copy, Debug)]
 pub struct CsrView<'a> {

@@ -1,8 +1,9 @@
 //! The networks of a whole fleet and its topology, as one archive.
 
 use super::board::{ArchivedBoardNetwork, BoardNetwork, BoardView, Target};
-use super::csr::numbers;
+use super::csr::{numbers, words};
 use crate::ids::CraftId;
+use crate::trace::{TraceRecord, from_words};
 use rkyv::{Archive, Deserialize, Serialize};
 
 /// How crafts are arranged: the tree of the hierarchy and the groups of the hybrid strategy.
@@ -139,6 +140,9 @@ pub struct FleetNetwork {
     /// Per craft the firing of every turn that the independent replay computed; only filled for the
     /// strategy `null`, which replays it.
     pub script: Vec<Vec<u32>>,
+    /// Per craft its part of the trace of open mode, two words a record (see [`crate::trace`]); empty
+    /// in lockstep.
+    pub trace: Vec<Vec<u64>>,
 }
 
 impl FleetNetwork {
@@ -155,6 +159,7 @@ impl FleetNetwork {
                 leader_depth: &self.topology.leader_depth,
             },
             script: self.script.iter().map(Vec::as_slice).collect(),
+            trace: self.trace.iter().map(|words| from_words(words)).collect(),
         }
     }
 
@@ -177,6 +182,8 @@ pub struct FleetView<'a> {
     pub topology: TopologyView<'a>,
     /// As [`FleetNetwork::script`].
     pub script: Vec<&'a [u32]>,
+    /// As [`FleetNetwork::trace`], by craft.
+    pub trace: Vec<&'a [TraceRecord]>,
 }
 
 impl<'a> FleetView<'a> {
@@ -188,6 +195,9 @@ impl<'a> FleetView<'a> {
         let archived = rkyv::access::<ArchivedFleetNetwork, rkyv::rancor::Error>(bytes)
             .map_err(|error| NetworkError::Damaged(error.to_string()))?;
         let topology = &archived.topology;
+        if archived.trace.iter().any(|words| !words.len().is_multiple_of(2)) {
+            return Err(NetworkError::Damaged("half a record of a trace".to_owned()));
+        }
         let view = Self {
             boards: archived.boards.iter().map(ArchivedBoardNetwork::view).collect(),
             topology: TopologyView {
@@ -198,6 +208,7 @@ impl<'a> FleetView<'a> {
                 leader_depth: numbers(&topology.leader_depth),
             },
             script: archived.script.iter().map(|firings| numbers(firings)).collect(),
+            trace: archived.trace.iter().map(|part| from_words(words(part))).collect(),
         };
         view.validate()?;
         Ok(view)
@@ -217,7 +228,11 @@ impl<'a> FleetView<'a> {
                     })
                 })
             };
-            if !board.is_valid(craft_count) || !targets_exist() {
+            let trace_exists = || {
+                let trace = self.trace.get(craft).copied().unwrap_or_default();
+                trace.iter().all(|record| record.fact().0 < board.fact_count)
+            };
+            if !board.is_valid(craft_count) || !targets_exist() || !trace_exists() {
                 return Err(NetworkError::DanglingId(CraftId::from_index(craft)));
             }
         }

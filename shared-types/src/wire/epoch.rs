@@ -1,5 +1,6 @@
 //! What a craft must know of an epoch besides the networks.
 
+use super::OpenSpec;
 use rkyv::{Archive, Deserialize, Serialize};
 use schemars::JsonSchema;
 
@@ -134,4 +135,6 @@ pub struct EpochSpec {
     pub record_bytes: u32,
     /// Firings that this epoch may reach at most per craft, so that nothing grows while it runs.
     pub turns_max: u32,
+    /// How the trace is played that travels with the networks; `None` in lockstep.
+    pub open: Option<OpenSpec>,
 }

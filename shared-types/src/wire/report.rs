@@ -1,5 +1,6 @@
 //! What a craft counted in one trial.
 
+use super::OpenReport;
 use rkyv::{Archive, Deserialize, Serialize};
 
 /// How many classes of traffic there are.
@@ -133,4 +134,6 @@ pub struct TrialReport {
     pub cpu_ns: u64,
     /// Resident memory at the report, bytes; 0 in simulation.
     pub resident_bytes: u64,
+    /// What it measured in open mode; `None` in lockstep.
+    pub open: Option<OpenReport>,
 }

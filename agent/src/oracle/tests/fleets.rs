@@ -23,6 +23,7 @@ pub(super) fn mission_spec() -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 24,
         turns_max: 50,
+        open: None,
     }
 }
 
@@ -84,7 +85,7 @@ pub(super) fn fleet(boards: Vec<Board>, links: &[[u32; 4]], group: &[u32]) -> Fl
     }
     let binary = Topology::binary(u32::try_from(boards.len()).unwrap());
     let topology = Topology::new(binary.parent, group.to_vec()).unwrap();
-    let network = FleetNetwork { boards, topology, script: Vec::new() };
+    let network = FleetNetwork { boards, topology, script: Vec::new(), trace: Vec::new() };
     network.view().validate().unwrap();
     network
 }

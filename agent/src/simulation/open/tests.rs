@@ -46,7 +46,8 @@ fn network(crafts: u32, seed: u64) -> FleetNetwork {
     let parent = (0..crafts).map(|craft| craft.checked_sub(1).map_or(u32::MAX, |below| below / 2));
     let group = (0..crafts).map(|craft| craft / 3).collect();
     let topology = Topology::new(parent.collect(), group).expect("halving makes a tree");
-    let network = FleetNetwork { boards: boards.collect(), topology, script: Vec::new() };
+    let network =
+        FleetNetwork { boards: boards.collect(), topology, script: Vec::new(), trace: Vec::new() };
     network.view().validate().expect("links name what exists");
     network
 }
@@ -83,6 +84,7 @@ fn spec(strategy: StrategyKind, record_bytes: u32) -> EpochSpec {
         sends_altered_only: false,
         record_bytes,
         turns_max: 1,
+        open: None,
     }
 }
 
