@@ -9,6 +9,7 @@ cargo build --release --locked --workspace --bins
 programs=${CARGO_TARGET_DIR:-target}/release
 for over in iceoryx2 datagrams blocking-datagrams; do "$programs/raw-one-way" --over "$over"; done
 for over in iceoryx2 datagrams; do "$programs/raw-round" --over "$over"; done
+for over in iceoryx2 datagrams; do "$programs/raw-capacity" --over "$over"; done
 "$programs/delta-one-way"
 "$programs/one-way-ratio" --triples "${1:-9}"
 "$programs/turn-ratio" --pairs "${1:-9}"

@@ -42,6 +42,13 @@ impl Summary {
         }
     }
 
+    /// How often a second `times` things happen that take the median time together.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "times of a benchmark stay far below 2^53 ns")]
+    pub fn rate_per_s(&self, times: u32) -> Option<f64> {
+        self.p50_ns.map(|ns| f64::from(times) * 1e9 / ns as f64)
+    }
+
     /// The summary as a JSON object, in ns.
     #[must_use]
     pub fn to_json(self) -> Value {
@@ -109,6 +116,13 @@ mod tests {
         assert!(summary_of(1_000).p99_ns.is_some());
         assert_eq!(summary_of(9_999).p99_9_ns, None);
         assert!(summary_of(10_000).p99_9_ns.is_some());
+    }
+
+    #[test]
+    fn a_rate_is_of_the_median() {
+        // The median of 1..=20 is 10 ns.
+        assert_eq!(summary_of(20).rate_per_s(5), Some(5e8));
+        assert_eq!(summary_of(19).rate_per_s(5), None);
     }
 
     #[test]

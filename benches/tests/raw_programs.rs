@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 const RAW_ROUND: &str = env!("CARGO_BIN_EXE_raw-round");
 const RAW_ONE_WAY: &str = env!("CARGO_BIN_EXE_raw-one-way");
+const RAW_CAPACITY: &str = env!("CARGO_BIN_EXE_raw-capacity");
 const DELTA_ONE_WAY: &str = env!("CARGO_BIN_EXE_delta-one-way");
 
 /// A measurement that never ends by itself.
@@ -126,6 +127,23 @@ fn every_round_and_round_trip_is_recorded_and_nothing_stays() {
         assert_eq!(result["time"]["n"], 300, "{result}");
         assert!(result["time"]["p50"].as_u64().unwrap() > 0, "{result}");
         assert!(result["time"]["p99"].is_null(), "300 samples do not support a p99: {result}");
+        assert_eq!(area.leftovers(), [] as [PathBuf; 0]);
+    }
+}
+
+#[test]
+fn a_stream_of_samples_arrives_whole_and_nothing_stays() {
+    let area = TestArea::new("stream");
+    let arguments = ["--processes", "3", "--warm-up", "1", "--measured", "40", "--format", "json"];
+    for over in ["iceoryx2", "datagrams"] {
+        let output = area
+            .command(RAW_CAPACITY, &[&arguments[..], &["--over", over]].concat())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(result["time"]["n"], 40, "{result}");
+        assert!(result["samples_per_s"].as_f64().unwrap() > 0.0, "{result}");
         assert_eq!(area.leftovers(), [] as [PathBuf; 0]);
     }
 }

@@ -7,7 +7,7 @@ use super::port::PAYLOAD_BYTES;
 use crate::summary::Summary;
 use clap::{Args, ValueEnum};
 use hdrhistogram::Histogram;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::process::ExitCode;
 
 /// How the result is printed.
@@ -88,6 +88,31 @@ impl Options {
     #[must_use]
     pub const fn placement(&self) -> Placement {
         Placement { cores: self.cores, is_pinned: !self.unpinned }
+    }
+
+    /// The result of `workload` whose `samples` samples took one of `times`, as [`Self::render`] with
+    /// the samples a second at the median time.
+    #[must_use]
+    pub fn render_rate(
+        &self,
+        workload: &Workload<'_>,
+        times: &Histogram<u64>,
+        samples: u32,
+    ) -> String {
+        let rate = Summary::of(times).rate_per_s(samples);
+        let result = self.render(workload, times);
+        match self.format {
+            Format::Text => {
+                let rate = rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.0}"));
+                format!("{result}\n{rate} samples a second in the fleet, at the median")
+            }
+            Format::Json => {
+                let mut result: Value =
+                    serde_json::from_str(&result).expect("invariant: a rendered result is JSON");
+                result["samples_per_s"] = json!(rate);
+                result.to_string()
+            }
+        }
     }
 
     /// The result of `workload` as text or JSON, without a line end.

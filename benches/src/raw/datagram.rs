@@ -7,7 +7,7 @@
 
 use super::RawError;
 use super::area::AreaName;
-use super::link::Link;
+use super::link::{Link, Peers};
 use super::port::{PAYLOAD_BYTES, SampleHeader, low_byte};
 use std::collections::VecDeque;
 use std::io::ErrorKind;
@@ -108,6 +108,22 @@ impl Link for DatagramLink {
             Some(header) => Ok(Some(header)),
             None => self.take(),
         }
+    }
+}
+
+impl Peers for DatagramLink {
+    #[inline]
+    fn try_send(&mut self, peer: usize, header: SampleHeader) -> Result<bool, RawError> {
+        match self.peers[peer].send(&write(header)) {
+            Ok(_) => Ok(true),
+            Err(error) if is_transient(error.kind()) => Ok(false),
+            Err(source) => Err(RawError::Process { operation: "send a datagram", source }),
+        }
+    }
+
+    #[inline]
+    fn receive(&mut self) -> Result<Option<SampleHeader>, RawError> {
+        self.take()
     }
 }
 

@@ -11,15 +11,25 @@ use super::command::Exchanges;
 use super::datagram::{DatagramLink, Waiting};
 use super::fleet::{self, Shared};
 use super::link::Link;
-use super::port::{Ports, SampleHeader, ServicePlan, Services};
+use super::port::{Ports, SampleHeader, ServicePlan, Services, TURN_BY_TURN_SAMPLES};
 use clap::ValueEnum;
 use hdrhistogram::Histogram;
+use std::borrow::Cow;
 
 /// From child 0 to child 1.
-const THERE: ServicePlan = ServicePlan { name: "there", publishers: 1, subscribers: 1 };
+const THERE: ServicePlan = between_two("there");
 
 /// From child 1 to child 0.
-const BACK: ServicePlan = ServicePlan { name: "back", publishers: 1, subscribers: 1 };
+const BACK: ServicePlan = between_two("back");
+
+const fn between_two(name: &'static str) -> ServicePlan {
+    ServicePlan {
+        name: Cow::Borrowed(name),
+        publishers: 1,
+        subscribers: 1,
+        buffered_samples: TURN_BY_TURN_SAMPLES,
+    }
+}
 
 /// What the two processes exchange samples over, and how they wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

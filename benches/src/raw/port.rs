@@ -2,7 +2,7 @@
 
 use super::RawError;
 use super::area::AreaName;
-use super::link::Link;
+use super::link::{Link, Peers};
 use iceoryx2::node::Node;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -10,12 +10,14 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 use iceoryx2::service::builder::publish_subscribe::Builder;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use std::borrow::Cow;
 
 /// Bytes of every sample.
 pub const PAYLOAD_BYTES: usize = 128;
 
-/// Samples that a subscriber holds per publisher. A peer is at most one round ahead, so two would do.
-const BUFFERED_SAMPLES: usize = 4;
+/// Samples that a subscriber holds per publisher where peers wait for each other: a peer is at most
+/// one round ahead, so two would do.
+pub(super) const TURN_BY_TURN_SAMPLES: usize = 4;
 
 /// The header of every sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
@@ -30,14 +32,16 @@ pub struct SampleHeader {
 }
 
 /// One publish/subscribe service of a measurement.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ServicePlan {
     /// Its name.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// How many processes publish.
     pub publishers: usize,
     /// How many processes subscribe.
     pub subscribers: usize,
+    /// Samples that a subscriber holds per publisher.
+    pub buffered_samples: usize,
 }
 
 type Service = PortFactory<ipc::Service, [u8], SampleHeader>;
@@ -55,7 +59,7 @@ impl ServicePlan {
         &self,
         node: &Node<ipc::Service>,
     ) -> Result<Builder<[u8], SampleHeader, ipc::Service>, RawError> {
-        let name = ServiceName::new(self.name).map_err(RawError::iceoryx("service name"))?;
+        let name = ServiceName::new(&self.name).map_err(RawError::iceoryx("service name"))?;
         // The parent and every child hold the service; a process may both publish and subscribe.
         let nodes = self.publishers + self.subscribers + 1;
         Ok(node
@@ -65,7 +69,7 @@ impl ServicePlan {
             .max_publishers(self.publishers)
             .max_subscribers(self.subscribers)
             .max_nodes(nodes)
-            .subscriber_max_buffer_size(BUFFERED_SAMPLES)
+            .subscriber_max_buffer_size(self.buffered_samples)
             .history_size(0)
             .enable_safe_overflow(false))
     }
@@ -136,6 +140,53 @@ impl Ports {
     }
 }
 
+/// The ports of one child that has a service of its own to receive from, and sends on everybody else's.
+#[derive(Debug)]
+pub struct Mesh {
+    senders: Vec<Sender>,
+    receiver: Receiver,
+    // Last: ports go before what they belong to.
+    _node: Node<ipc::Service>,
+}
+
+impl Mesh {
+    /// Opens a publisher on each of `peers` and a subscriber on `own`.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn open(
+        area: &AreaName,
+        own: &ServicePlan,
+        peers: &[ServicePlan],
+    ) -> Result<Self, RawError> {
+        let node = create_node(area)?;
+        let senders =
+            peers.iter().map(|peer| Sender::open(&node, peer)).collect::<Result<_, _>>()?;
+        Ok(Self { senders, receiver: Receiver::open(&node, own)?, _node: node })
+    }
+
+    /// Connects to every port that exists by now.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn connect(&self) -> Result<(), RawError> {
+        self.senders.iter().try_for_each(Sender::connect)?;
+        self.receiver.connect()
+    }
+}
+
+impl Peers for Mesh {
+    #[inline]
+    fn try_send(&mut self, peer: usize, header: SampleHeader) -> Result<bool, RawError> {
+        Ok(self.senders[peer].try_send(header)? > 0)
+    }
+
+    #[inline]
+    fn receive(&mut self) -> Result<Option<SampleHeader>, RawError> {
+        self.receiver.receive()
+    }
+}
+
 impl Link for Ports {
     #[inline]
     fn send(&mut self, header: SampleHeader) -> Result<(), RawError> {
@@ -178,21 +229,27 @@ impl Sender {
     /// It must reach every subscriber of the service.
     #[inline]
     fn send(&self, header: SampleHeader) -> Result<(), RawError> {
-        let mut sample = self
-            .publisher
-            .loan_slice_uninit(PAYLOAD_BYTES)
-            .map_err(RawError::iceoryx("loan a sample"))?;
-        *sample.user_header_mut() = header;
-        let reached = sample
-            .write_from_slice(&[low_byte(header.number); PAYLOAD_BYTES])
-            .send()
-            .map_err(RawError::iceoryx("send a sample"))?;
+        let reached = self.try_send(header)?;
         if reached == self.subscribers {
             Ok(())
         } else {
             let expected = self.subscribers;
             Err(RawError::Lost { number: header.number, reached, expected })
         }
+    }
+
+    /// Sends one sample to every subscriber that has room for it; returns how many had.
+    #[inline]
+    fn try_send(&self, header: SampleHeader) -> Result<usize, RawError> {
+        let mut sample = self
+            .publisher
+            .loan_slice_uninit(PAYLOAD_BYTES)
+            .map_err(RawError::iceoryx("loan a sample"))?;
+        *sample.user_header_mut() = header;
+        sample
+            .write_from_slice(&[low_byte(header.number); PAYLOAD_BYTES])
+            .send()
+            .map_err(RawError::iceoryx("send a sample"))
     }
 }
 

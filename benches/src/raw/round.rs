@@ -1,8 +1,9 @@
 //! All-to-all rounds: every process sends one sample to all others and waits for theirs.
 //!
 //! Over iceoryx2 one service connects all; it delivers a process its own samples too, which a round
-//! waits for like the others, so that they cannot pile up. Over datagrams a process sends one to each other. No process can be more than one round ahead of another, because its next round needs
-//! a sample of everybody. Child 0 reads the clock once a round; nobody else reads it.
+//! waits for like the others, so that they cannot pile up. Over datagrams a process sends one to each
+//! other. No process can be more than one round ahead of another, because its next round needs a sample
+//! of everybody. Child 0 reads the clock once a round; nobody else reads it.
 
 use super::RawError;
 use super::area::AreaName;
@@ -11,7 +12,7 @@ use super::command::Exchanges;
 use super::datagram::{DatagramLink, Waiting};
 use super::fleet::{self, Shared};
 use super::link::Link;
-use super::port::{Ports, SampleHeader, ServicePlan, Services};
+use super::port::{Ports, SampleHeader, ServicePlan, Services, TURN_BY_TURN_SAMPLES};
 use clap::ValueEnum;
 use hdrhistogram::Histogram;
 
@@ -28,7 +29,12 @@ pub enum Over {
 /// The service of a fleet of `processes`.
 fn service(processes: u32) -> ServicePlan {
     let processes = processes as usize;
-    ServicePlan { name: "round", publishers: processes, subscribers: processes }
+    ServicePlan {
+        name: "round".into(),
+        publishers: processes,
+        subscribers: processes,
+        buffered_samples: TURN_BY_TURN_SAMPLES,
+    }
 }
 
 /// Measures rounds of `processes` processes over `over` in `area`; returns the times in ns.
