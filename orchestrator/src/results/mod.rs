@@ -11,6 +11,7 @@ pub mod histogram;
 pub mod host;
 pub mod inference;
 pub mod load;
+pub mod map;
 pub mod measurements;
 pub mod pairs;
 pub mod provenance;
