@@ -86,6 +86,10 @@ pub struct CommonArguments {
     /// Fresh launches of each fleet over which turn times are measured; 9 and more name winners.
     #[arg(long, value_name = "N")]
     pub blocks: Option<u32>,
+    /// Times further entries of one strategy in every block, one of them slowed down by 20 %, and says
+    /// whether the comparison finds what it should (`run.controls`).
+    #[arg(long)]
+    pub controls: bool,
     /// Seed of everything that is drawn.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

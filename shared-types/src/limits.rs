@@ -108,6 +108,9 @@ pub const BLOCKS_MAX: u32 = 1000;
 /// Fewest blocks, fresh launches of a fleet, with which a comparison of times names a winner.
 pub const WINNER_BLOCKS_MIN: u32 = 9;
 
+/// How much longer every turn of the control that is slowed down on purpose takes, percent.
+pub const PLANTED_SLOWDOWN_PERCENT: u64 = 20;
+
 /// Processors that others may keep busy on average while a block is measured, before it is noisy.
 pub const FOREIGN_CORES_MAX: f64 = 0.1;
 

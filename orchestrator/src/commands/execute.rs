@@ -135,8 +135,8 @@ fn orders_of(scenario: &ResolvedScenario, is_timed: bool, blocks: u32) -> Vec<Ve
     if !is_timed {
         return Vec::new();
     }
-    let labels = labels(scenario.strategies(), blocks);
-    let seed = scenario.scenario().run.seed;
+    let run = &scenario.scenario().run;
+    let (labels, seed) = (labels(scenario.strategies(), blocks, run.controls), run.seed);
     // Placement draws from the stream of craft 0; no fleet has no craft.
     let mut stream = Stream::new(seed, 0, Purpose::Order, scenario.craft_count());
     balanced_orders(&labels, blocks, &mut stream)

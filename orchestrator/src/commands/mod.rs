@@ -112,6 +112,7 @@ fn load_scenario(
     flag("--strategies", "replication.strategies", strategies);
     flag("--trials", "run.trials", common.trials.map(|trials| trials.to_string()));
     flag("--blocks", "run.blocks", common.blocks.map(|blocks| blocks.to_string()));
+    flag("--controls", "run.controls", common.controls.then(|| "true".to_owned()));
     flag("--seed", "run.seed", common.seed.map(|seed| seed.to_string()));
     flag("--wake", "fleet.wake", common.wake.map(|wake| wake.name().to_owned()));
     flag("--cores", "fleet.cores", common.cores.map(|cores| cores.to_string()));

@@ -2,7 +2,7 @@
 
 use super::table::{Colour, DASH, short, wrap};
 use crate::results::inference::{Verdict, blocks_needed};
-use crate::results::pairs::Compared;
+use crate::results::pairs::{Compared, Control};
 use crate::results::summary::Summary;
 use shared_types::wire::StrategyKind;
 
@@ -37,7 +37,26 @@ pub(super) fn ratios(summary: &Summary, colour: Colour) -> String {
     for sizes in summary.sizes().chunks(SIZES_BESIDE) {
         text += &section(compared, sizes);
     }
-    text + &meaning(compared, base)
+    text + &meaning(compared, base) + &controls(summary)
+}
+
+/// What the controls say, a line each.
+fn controls(summary: &Summary) -> String {
+    let lines = summary.timing.controls.iter().map(|control| {
+        let Control { size, strategy, planted_percent, is_right, comparison } = control;
+        let what = match planted_percent {
+            0 => "beside itself".to_owned(),
+            percent => format!("slowed by {percent} %"),
+        };
+        let said = match is_right {
+            Some(true) => "as it should",
+            Some(false) => "NOT AS IT SHOULD",
+            None => "nothing to say",
+        };
+        let (verdict, ratio) = (comparison.verdict.name(), short(Some(comparison.ratio), SIGNS));
+        format!("control, {size} crafts: {strategy} {what}: {ratio}, {verdict}: {said}\n")
+    });
+    lines.collect()
 }
 
 fn section(compared: &[Compared], sizes: &[u32]) -> String {

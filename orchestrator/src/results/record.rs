@@ -7,6 +7,7 @@
 
 use super::statistics::Distribution;
 use serde::{Deserialize, Serialize};
+use shared_types::limits;
 use shared_types::wire::{CLASS_COUNT, Class, Losses, StrategyKind, Traffic};
 
 /// Which cell of a run a measurement belongs to.
@@ -31,10 +32,23 @@ pub struct Label {
 }
 
 impl Label {
+    /// The further entries that are controls: two of which each is like the other, and one that is
+    /// slowed down on purpose.
+    pub const CONTROLS: [u32; 3] = [2, 3, Self::SLOWED];
+
+    /// Entry that is slowed down by [`limits::PLANTED_SLOWDOWN_PERCENT`].
+    pub const SLOWED: u32 = 4;
+
     /// `strategy` itself.
     #[must_use]
     pub const fn first(strategy: StrategyKind) -> Self {
         Self { strategy, again: 0 }
+    }
+
+    /// How much longer its turns take on purpose, percent.
+    #[must_use]
+    pub const fn planted_slowdown_percent(self) -> u64 {
+        if self.again == Self::SLOWED { limits::PLANTED_SLOWDOWN_PERCENT } else { 0 }
     }
 }
 
@@ -43,6 +57,7 @@ impl std::fmt::Display for Label {
         match self.again {
             0 => write!(formatter, "{}", self.strategy),
             1 => write!(formatter, "{} (again)", self.strategy),
+            Self::SLOWED => write!(formatter, "{} (slowed)", self.strategy),
             times => write!(formatter, "{} (again {times})", self.strategy),
         }
     }

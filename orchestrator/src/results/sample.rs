@@ -4,8 +4,8 @@ use super::event::Event;
 use super::host::HostCheck;
 use super::provenance::{Host, Provenance, Versions};
 use super::record::{
-    Cell, Counts, CraftFacts, Digest, Overhead, ProcessCost, TimingRecord, TrialEnd, TrialFacts,
-    TrialRecord, TrialTiming,
+    Cell, Counts, CraftFacts, Digest, Label, Overhead, ProcessCost, TimingRecord, TrialEnd,
+    TrialFacts, TrialRecord, TrialTiming,
 };
 use super::statistics::{Distribution, as_float, histogram_of, second_half_ratio};
 use super::store::{Place, Store};
@@ -200,7 +200,8 @@ pub(crate) fn leave_blocks(
     slowdown: f64,
 ) -> super::summary::Summary {
     let mut store = Store::create(Place::Exactly(directory), &provenance(), "").unwrap();
-    let mut draws = Stream::new(u64::from(run), 0, Purpose::Test, 77);
+    let stream = |number| Stream::new(u64::from(run), 0, Purpose::Test, number);
+    let (mut draws, mut draws_of_controls) = (stream(77), stream(78));
     for block in 0..blocks {
         let fleet_factor = 1.0 + 0.4 * draws.unit();
         let check = HostCheck { measured_ns: 1, ..HostCheck::default() };
@@ -209,8 +210,12 @@ pub(crate) fn leave_blocks(
             (StrategyKind::Null, 0, 0.5),
             (StrategyKind::Boundary, 0, 1.0),
             (StrategyKind::Boundary, 1, 1.0),
+            (StrategyKind::Boundary, 2, 1.0),
+            (StrategyKind::Boundary, 3, 1.0),
+            (StrategyKind::Boundary, Label::SLOWED, slowdown),
             (StrategyKind::Full, 0, slowdown),
         ] {
+            let draws = if again > 1 { &mut draws_of_controls } else { &mut draws };
             let factor = factor * fleet_factor * (1.0 + 0.02 * draws.unit());
             let (mut record, mut epochs) = timing(3, StrategyKind::Null, 1000);
             for time in epochs.iter_mut().flatten() {

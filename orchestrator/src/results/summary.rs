@@ -9,7 +9,7 @@ use super::crafts::{CraftCell, craft_cells};
 use super::event::{Event, EventLine};
 use super::figure::Figures;
 use super::host::HostReport;
-use super::pairs::{self, Compared};
+use super::pairs::{self, Compared, Control};
 use super::provenance::Provenance;
 use super::read::{Missing, RunData};
 use super::record::{Cell, TimingRecord, TrialEnd, TrialFacts, TrialTiming};
@@ -79,6 +79,8 @@ pub struct Timing {
     pub cells: Vec<TimedFigures>,
     /// Median turn times by size and strategy, paired by block with those of one strategy.
     pub compared: Vec<Compared>,
+    /// Comparisons whose answer is known; empty unless `run.controls`.
+    pub controls: Vec<Control>,
     /// Whether the host was quiet.
     pub host: HostReport,
     /// The timing cells as recorded.
@@ -139,6 +141,7 @@ impl Summary {
             incidents: run.events.iter().filter(|line| is_incident(&line.event)).cloned().collect(),
             cells: times::timed_figures(run, &compared),
             compared,
+            controls: pairs::controls(run, host.is_clean()),
             host,
             records: run.timings.iter().map(|timed| timed.record.clone()).collect(),
             trials: run.trials.iter().map(trial_times).collect(),

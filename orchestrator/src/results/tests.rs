@@ -346,6 +346,22 @@ fn nine_blocks_find_a_fifth_and_eight_do_not_name_it() {
 }
 
 #[test]
+fn controls_say_whether_what_was_planted_is_found() {
+    let place = tempfile::tempdir().unwrap();
+    let controls = |run: u32, blocks: u32, slowdown| {
+        let directory = place.path().join(format!("{run}-{blocks}-{slowdown}"));
+        leave_blocks(&directory, run, blocks, slowdown).timing.controls
+    };
+    let of_nine = controls(7, 9, 1.2);
+    let planted: Vec<_> =
+        of_nine.iter().map(|one| (one.planted_percent, one.comparison.verdict)).collect();
+    assert_eq!(planted, [(0, Verdict::Tie), (20, Verdict::Winner)]);
+    assert!(of_nine.iter().all(|control| control.is_right == Some(true)), "{of_nine:?}");
+    assert_eq!(controls(7, 9, 1.0)[1].is_right, Some(false), "nothing was slowed down");
+    assert!(controls(7, 8, 1.2).iter().all(|control| control.is_right.is_none()));
+}
+
+#[test]
 fn intervals_cover_blocks_and_the_excess_is_narrower_than_its_parts() {
     let place = tempfile::tempdir().unwrap();
     let summary = leave_blocks(place.path(), 7, 9, 1.2);

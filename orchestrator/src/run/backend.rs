@@ -112,6 +112,12 @@ pub trait Backend {
     /// If the trial does not come to its end.
     fn play(&mut self, spec: &EpochSpec, network: &FleetNetwork) -> Result<Played, PlayError>;
 
+    /// From now on every turn is held open for `percent` percent longer than it took: a control, to see
+    /// whether comparisons find it. Nothing happens where there is no clock.
+    fn slow_down(&mut self, percent: u64) {
+        let _ = percent;
+    }
+
     /// Plays the trace that `network` holds, as `spec.open` says. Networks are referred to as in
     /// [`Self::play`].
     ///

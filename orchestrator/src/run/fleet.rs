@@ -72,6 +72,8 @@ pub(super) struct RealFleet<'a> {
     pub(super) network: Option<u32>,
     /// What the orchestrator sent of class control since the trial began.
     pub(super) control: Traffic,
+    /// How much longer turns take on purpose, percent.
+    pub(super) planted_slowdown_percent: u64,
     spawned: Nanos,
     pub(super) ready_ns: Option<u64>,
 }
@@ -125,6 +127,7 @@ impl<'a> RealFleet<'a> {
             patience: Patience::new(ANSWER_LIMIT_NS, spawned),
             network: None,
             control: Traffic::default(),
+            planted_slowdown_percent: 0,
             spawned,
             ready_ns: None,
             options,
@@ -142,6 +145,17 @@ impl<'a> RealFleet<'a> {
     /// Notes that the first turn opens now.
     pub(super) fn note_ready(&mut self, now: Nanos) {
         self.ready_ns.get_or_insert(now.since(self.spawned));
+    }
+
+    /// Where a slowdown is planted: holds the turn that was opened at `opened` open for longer.
+    pub(super) fn hold_open(&self, opened: Nanos) {
+        if self.planted_slowdown_percent > 0 {
+            let now = clock::now();
+            let until = now.plus(now.since(opened) * self.planted_slowdown_percent / 100);
+            while clock::now() < until {
+                std::hint::spin_loop();
+            }
+        }
     }
 
     /// Ends every process and removes everything that the run left. Processes may end by themselves

@@ -12,16 +12,18 @@ use shared_types::wire::StrategyKind;
 
 /// What is timed: every strategy, and where there is something to compare and more than one of
 /// `blocks`, which alone carry a comparison, the one that all others are
-/// compared with once more, under a second label.
+/// compared with once more, under a second label; with `controls` also as [`Label::CONTROLS`].
 #[must_use]
-pub fn labels(strategies: &[StrategyKind], blocks: u32) -> Vec<Label> {
+pub fn labels(strategies: &[StrategyKind], blocks: u32, controls: bool) -> Vec<Label> {
     let mut labels: Vec<Label> = strategies.iter().copied().map(Label::first).collect();
     let candidates = strategies.iter().filter(|&&strategy| strategy != StrategyKind::Null);
     if candidates.count() > 1
         && blocks > 1
         && let Some(strategy) = base_of(strategies)
     {
-        labels.push(Label { strategy, again: 1 });
+        let controls = if controls { &Label::CONTROLS[..] } else { &[] };
+        let entries = std::iter::once(1).chain(controls.iter().copied());
+        labels.extend(entries.map(|again| Label { strategy, again }));
     }
     labels
 }
@@ -99,9 +101,14 @@ mod tests {
     fn the_one_that_others_are_compared_with_enters_twice() {
         use StrategyKind::{Boundary, Full, Limited, Null};
         let again = |strategy| Label { strategy, again: 1 };
-        assert_eq!(labels(&[Null, Full, Boundary], 2).last(), Some(&again(Boundary)));
-        assert_eq!(labels(&[Limited, Full], 2).last(), Some(&again(Limited)));
-        assert_eq!(labels(&[Null, Full, Boundary], 1).len(), 3, "one block compares nothing");
-        assert_eq!(labels(&[Null, Full], 2).len(), 2, "nothing to compare with");
+        assert_eq!(labels(&[Null, Full, Boundary], 2, false).last(), Some(&again(Boundary)));
+        assert_eq!(labels(&[Limited, Full], 2, false).last(), Some(&again(Limited)));
+        assert_eq!(labels(&[Null, Full, Boundary], 1, true).len(), 3, "one block compares nothing");
+        assert_eq!(labels(&[Null, Full], 2, true).len(), 2, "nothing to compare with");
+        let controls = labels(&[Null, Full, Boundary], 2, true);
+        assert_eq!(controls.len(), 7);
+        assert_eq!(controls.last().unwrap().planted_slowdown_percent(), 20);
+        let slowed = controls.iter().filter(|label| label.planted_slowdown_percent() > 0);
+        assert_eq!(slowed.count(), 1);
     }
 }

@@ -42,6 +42,10 @@ impl Backend for RealFleet<'_> {
         })
     }
 
+    fn slow_down(&mut self, percent: u64) {
+        self.planted_slowdown_percent = percent;
+    }
+
     fn play_open(&mut self, _: &EpochSpec, _: &FleetNetwork) -> Result<PlayedOpen, PlayError> {
         Err(PlayError::Failed("open mode is refused by `run` so far".to_owned()))
     }
@@ -118,6 +122,7 @@ impl Trial {
             })?;
             let next = self.referee.advance();
             if next.is_some() && command.opened().is_some() {
+                fleet.hold_open(opened);
                 self.turn_times_ns.push(clock::now().since(opened));
             }
             if next.is_some() || (self.referee.outcome().is_some() && self.missing == 0) {

@@ -45,6 +45,7 @@ impl Runner<'_> {
             let strategy = label.strategy;
             let cell = epoch::cell(block, plan, strategy);
             let turns = timing.turns_of(strategy);
+            backend.slow_down(label.planted_slowdown_percent());
             let warm_up_began = clock::now();
             let mut warm_up_turns = 0;
             let first = timing.first_trial(block);
@@ -84,6 +85,7 @@ impl Runner<'_> {
             };
             self.store.append_timing(&record, &tally.turn_times_ns)?;
         }
+        backend.slow_down(0);
         Ok(Ended::Complete)
     }
 

@@ -25,6 +25,10 @@ pub struct Run {
     /// Fresh launches of each fleet over which turn times are measured; trials are played in the first.
     /// Default 1.
     pub blocks: u32,
+    /// Whether every block also times two further entries of the strategy that others are compared
+    /// with, and one that is slowed down on purpose: a comparison must find the second and no
+    /// difference between the first two. Default `false`.
+    pub controls: bool,
     /// Changes per second that the fleet is offered in `open` mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_per_s: Option<f64>,
@@ -44,6 +48,7 @@ impl Default for Run {
             timing_epochs: 0,
             timing_turns: 200,
             blocks: 1,
+            controls: false,
             rate_per_s: None,
             duration_s: None,
         }
