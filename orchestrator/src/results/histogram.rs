@@ -1,14 +1,19 @@
 //! Histograms as text: `.hlog` (V2 interval log, lossless, read by the usual HdrHistogram tools and
 //! by us) and `.hgrm` (percentile table, for plots and eyes).
+//!
+//! Intervals without a tag are slices of the one quantity that a log is about; each tagged interval is
+//! another quantity as a whole.
 
 use super::inference::quantiles::Slice;
+use super::load::LoadHistograms;
 use super::statistics::time_histogram;
 use base64::Engine as _;
 use hdrhistogram::Histogram;
 use hdrhistogram::serialization::interval_log::{
-    IntervalLogIterator, IntervalLogWriterBuilder, LogEntry,
+    IntervalLogIterator, IntervalLogWriterBuilder, LogEntry, Tag,
 };
 use hdrhistogram::serialization::{Deserializer, V2DeflateSerializer};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
@@ -53,21 +58,61 @@ pub fn to_interval_log(slices: &[Vec<u64>], start_ns: u64) -> String {
     String::from_utf8(text).expect("invariant: interval logs are ASCII")
 }
 
+/// Tag of the age of what stale reads did not see, beside the names of stages.
+pub const STALENESS_TAG: &str = "staleness";
+
+/// The histograms of a cell of open mode as an interval log: time to knowledge slice by slice, the
+/// first `start_ns` into the run, then every stage over the whole interval, tagged with its name.
+///
+/// # Panics
+/// Never: memory takes every log.
+#[must_use]
+pub fn to_load_log(histograms: &LoadHistograms, start_ns: u64) -> String {
+    let (mut text, mut serializer) = (Vec::new(), V2DeflateSerializer::new());
+    let mut builder = IntervalLogWriterBuilder::new();
+    let mut writer = builder
+        .add_comment("[Histogram log format version 1.3]")
+        .add_comment("[values in ns, of records-per-sample in records; timestamps in seconds since the run began]")
+        .begin_log_with(&mut text, &mut serializer)
+        .expect("invariant: memory takes every log");
+    let start = Duration::from_nanos(start_ns);
+    let slice = Duration::from_nanos(histograms.slice_ns);
+    let mut began = start;
+    for knowledge in &histograms.knowledge {
+        writer
+            .write_histogram(knowledge, began, slice, None)
+            .expect("invariant: memory takes every log");
+        began = began.saturating_add(slice);
+    }
+    let stages = histograms.stages.iter().map(|(stage, events)| (stage.name(), events));
+    let staleness = histograms.staleness.iter().map(|ages| (STALENESS_TAG, ages));
+    for (name, events) in stages.chain(staleness) {
+        let tag = Tag::new(name).expect("invariant: names of stages hold no comma");
+        writer
+            .write_histogram(events, start, began.saturating_sub(start), Some(tag))
+            .expect("invariant: memory takes every log");
+    }
+    String::from_utf8(text).expect("invariant: interval logs are ASCII")
+}
+
 /// What an interval log holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntervalLog {
-    /// All intervals together.
+    /// All intervals without a tag together.
     pub all: Histogram<u64>,
-    /// The values of each interval.
+    /// The values of each of them.
     pub slices: Vec<Slice>,
+    /// The others, by tag.
+    pub tagged: BTreeMap<String, Histogram<u64>>,
 }
 
 /// Reads an interval log.
 ///
 /// # Errors
-/// If there is no interval, or one cannot be decoded.
+/// If there is no interval without a tag, or one cannot be decoded.
 pub fn from_interval_log(text: &str) -> Result<IntervalLog, LogError> {
     let (mut all, mut slices): (Option<Histogram<u64>>, _) = (None, Vec::new());
+    let mut tagged = BTreeMap::new();
     let entries = IntervalLogIterator::new(text.as_bytes());
     for (number, entry) in entries.enumerate() {
         let damaged = || LogError::Damaged(number);
@@ -77,6 +122,10 @@ pub fn from_interval_log(text: &str) -> Result<IntervalLog, LogError> {
             .map_err(|_| damaged())?;
         let one: Histogram<u64> =
             Deserializer::new().deserialize(&mut bytes.as_slice()).map_err(|_| damaged())?;
+        if let Some(tag) = interval.tag() {
+            tagged.insert(tag.as_str().to_owned(), one);
+            continue;
+        }
         let steps = one.iter_recorded();
         slices.push(steps.map(|step| (step.value_iterated_to(), step.count_at_value())).collect());
         match &mut all {
@@ -84,7 +133,7 @@ pub fn from_interval_log(text: &str) -> Result<IntervalLog, LogError> {
             None => all = Some(one),
         }
     }
-    Ok(IntervalLog { all: all.ok_or(LogError::Empty)?, slices })
+    Ok(IntervalLog { all: all.ok_or(LogError::Empty)?, slices, tagged })
 }
 
 /// `histogram` as a percentile table in the format of the usual plotters. Values in ns.

@@ -4,6 +4,7 @@
 
 use super::record::{Cell, Counts, Label, Overhead};
 use super::statistics::Distribution;
+use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 use shared_types::wire::{Losses, Stage};
 use std::collections::BTreeMap;
@@ -94,9 +95,12 @@ impl LoadRecord {
     pub fn file_stem(&self) -> String {
         let Cell { block, size, strategy } = self.cell;
         let again = if self.again == 0 { String::new() } else { format!("-again-{}", self.again) };
+        let asks = self
+            .asks_every_ns
+            .map_or_else(String::new, |every_ns| format!("-asks-{}us", every_ns / 1000));
         let load: String =
             self.load.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-        format!("load-{load}-block-{block}-crafts-{size}-{strategy}{again}")
+        format!("load-{load}-block-{block}-crafts-{size}-{strategy}{asks}{again}")
     }
 
     /// The label under which it was measured.
@@ -104,6 +108,19 @@ impl LoadRecord {
     pub const fn label(&self) -> Label {
         Label { strategy: self.cell.strategy, again: self.again }
     }
+}
+
+/// The histograms of a cell of open mode, all crafts together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadHistograms {
+    /// Length of a slice, ns.
+    pub slice_ns: u64,
+    /// Time to knowledge, ns, slice by slice of the interval; what came later, or never, is in the last.
+    pub knowledge: Vec<Histogram<u64>>,
+    /// Every other stage that had events; times in ns.
+    pub stages: BTreeMap<Stage, Histogram<u64>>,
+    /// Age of what stale reads did not see, ns; `None` without a stale read.
+    pub staleness: Option<Histogram<u64>>,
 }
 
 /// Why a load is above a strategy's capacity.
@@ -116,6 +133,18 @@ pub enum Saturation {
     FullOutbox,
     /// The schedule lagged by 1 ms or more at p99.
     Lag,
+}
+
+impl Saturation {
+    /// Why, in words.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unapplied => "below 99.9 % known by the end",
+            Self::FullOutbox => "an outbox was full",
+            Self::Lag => "the schedule lagged by 1 ms at p99",
+        }
+    }
 }
 
 /// One load that was tried in a search for capacity.

@@ -1,16 +1,30 @@
 //! The long form of every measurement: `measurements.csv`, one value a row.
 //!
-//! A row names block, size, strategy, phase (`counted` or `timed`), trial and craft; the craft is
-//! `fleet` for a sum over all processes, and empty where a row is about no craft. Values are exact:
-//! counts as printed integers, times in ns, memory in bytes. docs/data-dictionary.md explains the
-//! metrics; other programs recompute the tables from this file and the interval logs.
+//! A row names block, size, strategy, phase (`counted`, `timed`, `loaded` or `capacity`), load, asking
+//! interval, trial and craft; the craft is `fleet` for a sum over all processes, and what does not apply
+//! is empty. Values are exact: counts as printed integers, times in ns, memory in bytes.
+//! docs/data-dictionary.md explains the metrics; other programs recompute the tables from this file and
+//! the interval logs.
 
-use super::record::{Cell, Counts, Overhead, TimingRecord, TrialRecord};
-use shared_types::wire::{Losses, Traffic};
+use super::load::{CapacityRecord, LoadRecord};
+use super::record::{Cell, Counts, Label, Overhead, TimingRecord, TrialRecord};
+use super::statistics::Distribution;
+use shared_types::wire::{Losses, Stage, Traffic};
 
 /// The header line.
-pub const HEADER: [&str; 9] =
-    ["block", "size", "strategy", "phase", "trial", "craft", "metric", "value", "unit"];
+pub const HEADER: [&str; 11] = [
+    "block",
+    "size",
+    "strategy",
+    "phase",
+    "load",
+    "asks_every_ns",
+    "trial",
+    "craft",
+    "metric",
+    "value",
+    "unit",
+];
 
 /// The craft column of a sum over all processes.
 const FLEET: &str = "fleet";
@@ -25,7 +39,8 @@ pub fn header_line() -> Vec<u8> {
 #[must_use]
 pub fn trial_lines(record: &TrialRecord) -> Vec<u8> {
     let (facts, timing) = (&record.deterministic, &record.timing);
-    let mut rows = Rows::new(facts.cell, "counted", &facts.trial.to_string());
+    let mut rows = Rows::new(facts.cell, 0, "counted");
+    rows.trial = facts.trial.to_string();
     rows.push(FLEET, "turns", facts.turns, "turn");
     rows.push(FLEET, &format!("end-{}", facts.end.name()), 1, "trial");
     rows.push(FLEET, "firings", facts.firings, "firing");
@@ -62,8 +77,7 @@ pub fn trial_lines(record: &TrialRecord) -> Vec<u8> {
 /// All rows of one timing cell; its turn times themselves are in the interval log.
 #[must_use]
 pub fn timing_lines(record: &TimingRecord) -> Vec<u8> {
-    let mut rows = Rows::new(record.cell, "timed", "");
-    rows.label = record.label().to_string();
+    let mut rows = Rows::new(record.cell, record.again, "timed");
     rows.push(FLEET, "place", record.place, "cell");
     rows.push(FLEET, "epochs", record.epochs, "epoch");
     rows.push(FLEET, "turns", record.turns, "turn");
@@ -72,14 +86,7 @@ pub fn timing_lines(record: &TimingRecord) -> Vec<u8> {
     if let Some(ratio) = record.second_half_ratio {
         rows.push(FLEET, "second-half-ratio", ratio, "1");
     }
-    let time = &record.turn_time;
-    rows.push(FLEET, "turn-time-n", time.n, "turn");
-    rows.push(FLEET, "turn-time-min", time.min_ns, "ns");
-    rows.push(FLEET, "turn-time-mean", time.mean_ns, "ns");
-    for point in &time.quantiles {
-        rows.push(FLEET, &format!("turn-time-{}", point.name), point.value_ns, "ns");
-    }
-    rows.push(FLEET, "turn-time-max", time.max_ns, "ns");
+    rows.distribution("turn-time", &record.turn_time, "turn", "ns");
     rows.push(FLEET, "cpu", record.fleet_cpu_ns, "ns");
     rows.push("orchestrator", "cpu", record.orchestrator_cpu_ns, "ns");
     rows.push(FLEET, "processes", record.processes, "process");
@@ -92,19 +99,114 @@ pub fn timing_lines(record: &TimingRecord) -> Vec<u8> {
     lines(rows.rows)
 }
 
-/// Rows that share a cell, a phase and a trial.
+/// All rows of one cell of open mode; its events themselves are in the interval log.
+#[must_use]
+pub fn load_lines(record: &LoadRecord) -> Vec<u8> {
+    let mut rows = Rows::new(record.cell, record.again, "loaded");
+    rows.load.clone_from(&record.load);
+    rows.asks_every_ns = record.asks_every_ns.map_or_else(String::new, |every| every.to_string());
+    rows.push(FLEET, "place", record.place, "cell");
+    rows.push(FLEET, "offered-rate", record.offered_per_s, "write/s");
+    rows.push(FLEET, "duration", record.duration_ns, "ns");
+    rows.push(FLEET, "warm-up", record.warm_up_ns, "ns");
+    rows.push(FLEET, "writes", record.writes, "write");
+    rows.push(FLEET, "unplayed", record.unplayed, "write");
+    rows.push(FLEET, "needed", record.needed, "application");
+    rows.push(FLEET, "applied-by-end", record.applied_by_end, "application");
+    rows.push(FLEET, "applied-after-end", record.applied_after_end, "application");
+    rows.push(FLEET, "censored", record.censored, "application");
+    rows.push(FLEET, "saturated", u8::from(record.saturated.is_some()), "cell");
+    for (stage, events) in &record.stages {
+        let unit = if *stage == Stage::RecordsPerSample { "record" } else { "ns" };
+        rows.distribution(stage.name(), events, "event", unit);
+    }
+    for (quantile, parts) in &record.shares {
+        for (part, share) in parts {
+            rows.push(FLEET, &format!("share-{quantile}-{part}"), share, "%");
+        }
+    }
+    if let Some(ratio) = record.second_half_ratio {
+        rows.push(FLEET, "second-half-ratio", ratio, "1");
+    }
+    rows.push(FLEET, "reads", record.reads, "read");
+    rows.push(FLEET, "stale-reads", record.stale_reads, "read");
+    if let Some(ages) = &record.staleness {
+        rows.distribution("staleness", ages, "read", "ns");
+    }
+    rows.push(FLEET, "cpu", record.fleet_cpu_ns, "ns");
+    rows.push("orchestrator", "cpu", record.orchestrator_cpu_ns, "ns");
+    rows.push("orchestrator", "sleeps", record.orchestrator_sleeps, "sleep");
+    rows.push(FLEET, "run-delay", record.run_delay_ns, "ns");
+    rows.push(FLEET, "sleeps", record.sleeps, "sleep");
+    rows.push(FLEET, "proportional", record.proportional_bytes, "byte");
+    rows.push(FLEET, "processes", record.processes, "process");
+    rows.push(FLEET, "sharers", record.sharers, "craft");
+    rows.push(FLEET, "boundary-fraction", record.boundary_fraction, "1");
+    rows.counts(FLEET, "", &record.counts);
+    if let Some(expected) = &record.expected {
+        rows.counts(FLEET, "expected-", expected);
+    }
+    rows.overhead(&record.overhead);
+    rows.losses(&record.losses);
+    lines(rows.rows)
+}
+
+/// All rows of one search for capacity: the column `trial` numbers the loads that were tried.
+#[must_use]
+pub fn capacity_lines(record: &CapacityRecord) -> Vec<u8> {
+    let mut rows = Rows::new(record.cell, 0, "capacity");
+    rows.asks_every_ns = record.asks_every_ns.map_or_else(String::new, |every| every.to_string());
+    rows.push(FLEET, "place", record.place, "cell");
+    rows.push(FLEET, "burst", record.burst, "write");
+    for (number, probe) in record.probes.iter().enumerate() {
+        rows.trial = number.to_string();
+        rows.push(FLEET, "offered-rate", probe.offered_per_s, "write/s");
+        rows.push(FLEET, "applied-rate", probe.applied_per_s, "application/s");
+        rows.push(FLEET, "applied-share", probe.applied_share, "1");
+        if let Some(lag_ns) = probe.lag_p99_ns {
+            rows.push(FLEET, "schedule-p99", lag_ns, "ns");
+        }
+        rows.push(FLEET, "cpu", probe.fleet_cpu_ns, "ns");
+        rows.push(FLEET, "saturated", u8::from(probe.saturated.is_some()), "cell");
+        let is_capacity = record.borne == Some(number);
+        rows.push(FLEET, "is-capacity", u8::from(is_capacity), "cell");
+    }
+    lines(rows.rows)
+}
+
+/// Rows that share a cell, a phase, a load and a trial.
 struct Rows {
     cell: Cell,
     label: String,
     phase: &'static str,
+    load: String,
+    asks_every_ns: String,
     trial: String,
     rows: Vec<[String; HEADER.len()]>,
 }
 
 impl Rows {
-    fn new(cell: Cell, phase: &'static str, trial: &str) -> Self {
-        let label = cell.strategy.to_string();
-        Self { cell, label, phase, trial: trial.to_owned(), rows: Vec::new() }
+    fn new(cell: Cell, again: u32, phase: &'static str) -> Self {
+        let label = Label { strategy: cell.strategy, again }.to_string();
+        let (load, asks_every_ns, trial) = (String::new(), String::new(), String::new());
+        Self { cell, label, phase, load, asks_every_ns, trial, rows: Vec::new() }
+    }
+
+    /// What a record says of a histogram of `events` whose values are in `unit`.
+    fn distribution(
+        &mut self,
+        metric: &str,
+        distribution: &Distribution,
+        events: &str,
+        unit: &str,
+    ) {
+        self.push(FLEET, &format!("{metric}-n"), distribution.n, events);
+        self.push(FLEET, &format!("{metric}-min"), distribution.min_ns, unit);
+        self.push(FLEET, &format!("{metric}-mean"), distribution.mean_ns, unit);
+        for point in &distribution.quantiles {
+            self.push(FLEET, &format!("{metric}-{}", point.name), point.value_ns, unit);
+        }
+        self.push(FLEET, &format!("{metric}-max"), distribution.max_ns, unit);
     }
 
     fn push(&mut self, craft: &str, metric: &str, value: impl ToString, unit: &str) {
@@ -113,6 +215,8 @@ impl Rows {
             self.cell.size.to_string(),
             self.label.clone(),
             self.phase.to_owned(),
+            self.load.clone(),
+            self.asks_every_ns.clone(),
             self.trial.clone(),
             craft.to_owned(),
             metric.to_owned(),

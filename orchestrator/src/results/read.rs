@@ -4,17 +4,20 @@
 //! listed, so that a report can say what it does not know.
 
 use super::event::{Event, EventLine};
-use super::histogram::from_interval_log;
+use super::histogram::{IntervalLog, STALENESS_TAG, from_interval_log};
 use super::inference::quantiles::Slice;
+use super::load::{CapacityRecord, LoadRecord};
 use super::provenance::Provenance;
 use super::record::{TimingRecord, TrialRecord};
 use super::store::{
-    EVENTS_FILE, LATEST_LINK, PROVENANCE_FILE, SCENARIO_FILE, SUMMARY_FILE, TIMINGS_FILE,
-    TRIALS_FILE,
+    CAPACITIES_FILE, EVENTS_FILE, LATEST_LINK, LOADS_FILE, PROVENANCE_FILE, SCENARIO_FILE,
+    SUMMARY_FILE, TIMINGS_FILE, TRIALS_FILE,
 };
 use crate::outcome::Outcome;
 use hdrhistogram::Histogram;
 use serde::de::DeserializeOwned;
+use shared_types::wire::Stage;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Why a directory cannot be reported on.
@@ -63,6 +66,21 @@ pub struct TimedCell {
     pub slices: Vec<Slice>,
 }
 
+/// A cell of open mode with its histograms, where they could be read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadCell {
+    /// What was recorded.
+    pub record: LoadRecord,
+    /// Time to knowledge, ns.
+    pub knowledge: Option<Histogram<u64>>,
+    /// The same slice by slice; empty where they could not be read.
+    pub slices: Vec<Slice>,
+    /// Every other stage that had events.
+    pub stages: BTreeMap<Stage, Histogram<u64>>,
+    /// Age of what stale reads did not see, ns.
+    pub staleness: Option<Histogram<u64>>,
+}
+
 /// Everything that a run's directory says.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunData {
@@ -76,6 +94,10 @@ pub struct RunData {
     pub trials: Vec<TrialRecord>,
     /// In the order in which they were run.
     pub timings: Vec<TimedCell>,
+    /// In the order in which they were run.
+    pub loads: Vec<LoadCell>,
+    /// In the order in which they were searched for.
+    pub capacities: Vec<CapacityRecord>,
     /// In the order in which they happened.
     pub events: Vec<EventLine>,
     /// What could not be read.
@@ -121,9 +143,21 @@ pub fn read_run(directory: &Path) -> Result<RunData, ReadError> {
     let trials = reader.lines(TRIALS_FILE);
     let timings =
         reader.lines(TIMINGS_FILE).into_iter().map(|record| reader.timed(record)).collect();
+    let loads = reader.lines(LOADS_FILE).into_iter().map(|record| reader.loaded(record)).collect();
+    let capacities = reader.lines(CAPACITIES_FILE);
     let events = reader.lines(EVENTS_FILE);
     let missing = reader.missing;
-    let mut run = RunData { directory, provenance, scenario, trials, timings, events, missing };
+    let mut run = RunData {
+        directory,
+        provenance,
+        scenario,
+        trials,
+        timings,
+        loads,
+        capacities,
+        events,
+        missing,
+    };
     if run.outcome().is_none() {
         run.missing.push(Missing {
             file: EVENTS_FILE.to_owned(),
@@ -178,12 +212,27 @@ impl Reader<'_> {
         records
     }
 
-    fn timed(&mut self, record: TimingRecord) -> TimedCell {
-        let name = format!("{}.hlog", record.file_stem());
-        let log = self.text(&name).and_then(|text| {
+    fn log(&mut self, stem: &str) -> Option<IntervalLog> {
+        let name = format!("{stem}.hlog");
+        self.text(&name).and_then(|text| {
             from_interval_log(&text).map_err(|error| self.lacks(&name, error.to_string())).ok()
-        });
+        })
+    }
+
+    fn timed(&mut self, record: TimingRecord) -> TimedCell {
+        let log = self.log(&record.file_stem());
         let (turn_times, slices) = log.map(|log| (log.all, log.slices)).unzip();
         TimedCell { record, turn_times, slices: slices.unwrap_or_default() }
+    }
+
+    fn loaded(&mut self, record: LoadRecord) -> LoadCell {
+        let Some(IntervalLog { all, slices, mut tagged }) = self.log(&record.file_stem()) else {
+            let (slices, stages) = (Vec::new(), BTreeMap::new());
+            return LoadCell { record, knowledge: None, slices, stages, staleness: None };
+        };
+        let staleness = tagged.remove(STALENESS_TAG);
+        let of_stage = |stage: Stage| Some((stage, tagged.remove(stage.name())?));
+        let stages = Stage::ALL.into_iter().filter_map(of_stage).collect();
+        LoadCell { record, knowledge: Some(all), slices, stages, staleness }
     }
 }

@@ -1,5 +1,9 @@
 //! Records made up for tests: arithmetic instead of a fleet, different in every field.
 
+mod loads;
+
+pub(crate) use loads::{LOADED, capacity, leave_loads, load};
+
 use super::event::Event;
 use super::host::HostCheck;
 use super::provenance::{Host, Provenance, Versions};

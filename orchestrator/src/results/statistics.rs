@@ -77,6 +77,24 @@ pub fn histogram_of(times_ns: impl IntoIterator<Item = u64>) -> Histogram<u64> {
     histogram
 }
 
+/// All events of `parts` together; values beyond the bounds count as the bound.
+///
+/// # Panics
+/// Never: every value is brought within the bounds first.
+#[must_use]
+pub fn merged<'a>(parts: impl IntoIterator<Item = &'a Histogram<u64>>) -> Histogram<u64> {
+    let mut all = time_histogram();
+    for part in parts {
+        if all.add(part).is_err() {
+            for step in part.iter_recorded() {
+                let value = step.value_iterated_to().clamp(all.low(), all.high());
+                all.saturating_record_n(value, step.count_at_value());
+            }
+        }
+    }
+    all
+}
+
 /// One quantile of a distribution that may be shown.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct QuantileValue {

@@ -6,9 +6,12 @@
 //!     env.json                 where and with what: [`Provenance`]
 //!     trials.jsonl             one [`TrialRecord`] a line
 //!     timings.jsonl            one [`TimingRecord`] a line
+//!     loads.jsonl              one [`LoadRecord`] a line
+//!     capacities.jsonl         one [`CapacityRecord`] a line
 //!     events.jsonl             one [`EventLine`] a line
 //!     measurements.csv         the same numbers in long form, one value a row
 //!     turn-time-*.hlog, .hgrm  one histogram per timing cell
+//!     load-*.hlog, .hgrm       the histograms of each cell of open mode; .hgrm of time to knowledge
 //!     summary.json             written last, from the files above alone
 //! runs/latest                  points at the newest
 //! ```
@@ -18,12 +21,13 @@
 //! forced to the disk: a power cut may lose what the kernel still holds. Reading is [`super::read`].
 
 use super::event::{Event, EventLine};
-use super::histogram::{to_interval_log, to_percentile_table};
+use super::histogram::{to_interval_log, to_load_log, to_percentile_table};
+use super::load::{CapacityRecord, LoadHistograms, LoadRecord};
 use super::measurements;
 use super::provenance::Provenance;
 use super::read::read_run;
 use super::record::{TimingRecord, TrialRecord};
-use super::statistics::histogram_of;
+use super::statistics::{histogram_of, merged};
 use super::summary::Summary;
 use crate::outcome::Outcome;
 use serde::Serialize;
@@ -43,6 +47,10 @@ pub const PROVENANCE_FILE: &str = "env.json";
 pub const TRIALS_FILE: &str = "trials.jsonl";
 /// Name of the timing cells' file.
 pub const TIMINGS_FILE: &str = "timings.jsonl";
+/// Name of the file of the cells of open mode.
+pub const LOADS_FILE: &str = "loads.jsonl";
+/// Name of the file of the searches for capacity.
+pub const CAPACITIES_FILE: &str = "capacities.jsonl";
 /// Name of the events' file.
 pub const EVENTS_FILE: &str = "events.jsonl";
 /// Name of the long form.
@@ -107,6 +115,8 @@ pub struct Store {
     began: Nanos,
     trials: File,
     timings: File,
+    loads: File,
+    capacities: File,
     events: File,
     measurements: File,
 }
@@ -133,6 +143,8 @@ impl Store {
             began: clock::now(),
             trials: open(TRIALS_FILE)?,
             timings: open(TIMINGS_FILE)?,
+            loads: open(LOADS_FILE)?,
+            capacities: open(CAPACITIES_FILE)?,
             events: open(EVENTS_FILE)?,
             measurements: open(MEASUREMENTS_FILE)?,
             directory: directory.clone(),
@@ -181,6 +193,37 @@ impl Store {
         let done = self.timings.write_all(&json_line(record));
         self.written(done, TIMINGS_FILE)?;
         let done = self.measurements.write_all(&measurements::timing_lines(record));
+        self.written(done, MEASUREMENTS_FILE)
+    }
+
+    /// Keeps a cell of open mode and its histograms, which are complete on disk before the record that
+    /// names them.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn append_load(
+        &mut self,
+        record: &LoadRecord,
+        histograms: &LoadHistograms,
+    ) -> Result<(), StoreError> {
+        let (stem, at_ns) = (record.file_stem(), self.elapsed_ns());
+        self.replace(&format!("{stem}.hlog"), &to_load_log(histograms, at_ns))?;
+        let knowledge = merged(&histograms.knowledge);
+        self.replace(&format!("{stem}.hgrm"), &to_percentile_table(&knowledge))?;
+        let done = self.loads.write_all(&json_line(record));
+        self.written(done, LOADS_FILE)?;
+        let done = self.measurements.write_all(&measurements::load_lines(record));
+        self.written(done, MEASUREMENTS_FILE)
+    }
+
+    /// Keeps a search for capacity.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn append_capacity(&mut self, record: &CapacityRecord) -> Result<(), StoreError> {
+        let done = self.capacities.write_all(&json_line(record));
+        self.written(done, CAPACITIES_FILE)?;
+        let done = self.measurements.write_all(&measurements::capacity_lines(record));
         self.written(done, MEASUREMENTS_FILE)
     }
 

@@ -4,10 +4,17 @@ use super::event::{Event, ProcessEnd};
 use super::inference::Verdict;
 use super::provenance::Provenance;
 use super::read::{ReadError, read_run};
+use super::record::Cell;
 use super::record::TrialEnd;
-use super::sample::{STRATEGIES, leave_blocks, leave_run, provenance, timing, trial};
-use super::statistics::{Quantile, histogram_of};
-use super::store::{EVENTS_FILE, LATEST_LINK, Place, SUMMARY_FILE, Store, StoreError, TRIALS_FILE};
+use super::sample::{
+    LOADED, STRATEGIES, capacity, leave_blocks, leave_loads, leave_run, load, provenance, timing,
+    trial,
+};
+use super::statistics::{Quantile, histogram_of, merged};
+use super::store::{
+    CAPACITIES_FILE, EVENTS_FILE, LATEST_LINK, LOADS_FILE, Place, SUMMARY_FILE, Store, StoreError,
+    TRIALS_FILE,
+};
 use super::summary::Summary;
 use crate::outcome::Outcome;
 use shared_types::rng::{Purpose, Stream};
@@ -44,6 +51,33 @@ fn what_was_appended_is_read_back_equal() {
 }
 
 #[test]
+fn loads_and_capacities_are_read_back_equal_with_every_histogram() {
+    let place = tempfile::tempdir().unwrap();
+    leave_loads(place.path(), 1, 2, 500, 1.2);
+    let run = read_run(place.path()).unwrap();
+    assert_eq!(run.missing, []);
+    assert_eq!(run.loads.len(), 2 * LOADED.len());
+    let cell = Cell { block: 1, size: 10, strategy: StrategyKind::Boundary };
+    assert_eq!(run.capacities, [capacity(Cell { block: 0, ..cell }), capacity(cell)]);
+    assert_eq!(run.capacities[0].capacity().map(|probe| probe.offered_per_s), Some(80_000.0));
+
+    let place = tempfile::tempdir().unwrap();
+    let mut store = Store::create(Place::Exactly(place.path()), &provenance(), "").unwrap();
+    let (record, histograms) = load(cell, 0, "80%", 500, 1.5);
+    store.append_load(&record, &histograms).unwrap();
+    let null = Cell { strategy: StrategyKind::Null, ..cell };
+    let (floor, nothing_known) = load(null, 0, "80%", 500, 1.5);
+    store.append_load(&floor, &nothing_known).unwrap();
+    let run = read_run(place.path()).unwrap();
+    let read = &run.loads[0];
+    assert_eq!(read.record, record);
+    assert_eq!(read.knowledge, Some(merged(&histograms.knowledge)));
+    assert_eq!(read.slices.len(), histograms.knowledge.len());
+    assert_eq!((&read.stages, &read.staleness), (&histograms.stages, &histograms.staleness));
+    assert_eq!(run.loads[1].knowledge.as_ref().map(hdrhistogram::Histogram::len), Some(0));
+}
+
+#[test]
 fn a_directory_holds_the_promised_files_and_nothing_else() {
     let place = tempfile::tempdir().unwrap();
     leave_run(place.path(), &[2]);
@@ -59,33 +93,41 @@ fn a_directory_holds_the_promised_files_and_nothing_else() {
 #[test]
 fn every_line_file_reads_after_being_cut_anywhere() {
     let place = tempfile::tempdir().unwrap();
-    leave_run(place.path(), &[2]);
-    let mut stream = Stream::new(1, 0, Purpose::Test, 0);
-    for name in [TRIALS_FILE, "timings.jsonl", EVENTS_FILE] {
-        let whole = std::fs::read(place.path().join(name)).unwrap();
-        let line_ends = (0..=whole.len()).filter(|&end| end == 0 || whole[end - 1] == b'\n');
-        let length = u32::try_from(whole.len()).unwrap();
-        let random = (0..20).map(|_| stream.below(length) as usize).collect::<Vec<_>>();
-        for end in line_ends.chain(random) {
-            std::fs::write(place.path().join(name), &whole[..end]).unwrap();
-            let run = read_run(place.path()).unwrap();
-            let lines = whole[..end].iter().filter(|&&byte| byte == b'\n').count();
-            let is_torn = end > 0 && whole[end - 1] != b'\n';
-            let read = match name {
-                TRIALS_FILE => run.trials.len(),
-                EVENTS_FILE => run.events.len(),
-                _ => run.timings.len(),
-            };
-            assert_eq!(read, lines, "{name} cut at {end}");
-            let told =
-                run.missing.iter().any(|lack| lack.file == name && lack.what.contains("torn"));
-            assert_eq!(told, is_torn, "{name} cut at {end}: {:?}", run.missing);
-            // Whatever is left can be summed up.
-            let summary = Summary::of(&run);
-            assert_eq!(summary.deterministic.trials.len(), run.trials.len());
-        }
-        std::fs::write(place.path().join(name), &whole).unwrap();
+    leave_run(&place.path().join("turns"), &[2]);
+    leave_loads(&place.path().join("loads"), 1, 2, 20, 1.2);
+    let of_turns = ["turns/trials.jsonl", "turns/timings.jsonl", "turns/events.jsonl"];
+    for path in of_turns.into_iter().chain(["loads/loads.jsonl", "loads/capacities.jsonl"]) {
+        let (run, name) = path.split_once('/').unwrap();
+        cut_anywhere(&place.path().join(run), name);
     }
+}
+
+fn cut_anywhere(place: &Path, name: &str) {
+    let mut stream = Stream::new(1, 0, Purpose::Test, 0);
+    let whole = std::fs::read(place.join(name)).unwrap();
+    let line_ends = (0..=whole.len()).filter(|&end| end == 0 || whole[end - 1] == b'\n');
+    let length = u32::try_from(whole.len()).unwrap();
+    let random = (0..20).map(|_| stream.below(length) as usize).collect::<Vec<_>>();
+    for end in line_ends.chain(random) {
+        std::fs::write(place.join(name), &whole[..end]).unwrap();
+        let run = read_run(place).unwrap();
+        let lines = whole[..end].iter().filter(|&&byte| byte == b'\n').count();
+        let is_torn = end > 0 && whole[end - 1] != b'\n';
+        let read = match name {
+            TRIALS_FILE => run.trials.len(),
+            EVENTS_FILE => run.events.len(),
+            LOADS_FILE => run.loads.len(),
+            CAPACITIES_FILE => run.capacities.len(),
+            _ => run.timings.len(),
+        };
+        assert_eq!(read, lines, "{name} cut at {end}");
+        let told = run.missing.iter().any(|lack| lack.file == name && lack.what.contains("torn"));
+        assert_eq!(told, is_torn, "{name} cut at {end}: {:?}", run.missing);
+        // Whatever is left can be summed up.
+        let summary = Summary::of(&run);
+        assert_eq!(summary.deterministic.trials.len(), run.trials.len());
+    }
+    std::fs::write(place.join(name), &whole).unwrap();
 }
 
 #[test]
@@ -276,15 +318,15 @@ fn the_long_form_has_every_value_of_a_trial_once() {
     assert_eq!(header, super::measurements::HEADER);
     let rows: Vec<Vec<String>> =
         reader.records().map(|row| row.unwrap().iter().map(str::to_owned).collect()).collect();
-    let mut keys: Vec<&[String]> = rows.iter().map(|row| &row[..7]).collect();
+    let mut keys: Vec<&[String]> = rows.iter().map(|row| &row[..9]).collect();
     keys.sort();
     keys.dedup();
     assert_eq!(keys.len(), rows.len(), "no value stands there twice");
     let requests: u64 = rows
         .iter()
-        .filter(|row| row[2] == "boundary" && row[5] == "fleet" && row[6] == "replication-requests")
+        .filter(|row| row[2] == "boundary" && row[7] == "fleet" && row[8] == "replication-requests")
         .filter(|row| row[3] == "counted")
-        .map(|row| row[7].parse::<u64>().unwrap())
+        .map(|row| row[9].parse::<u64>().unwrap())
         .sum();
     assert_eq!(requests, 28);
 }
@@ -306,19 +348,24 @@ fn of_a_very_large_fleet_only_the_crafts_that_differ_are_kept() {
 fn the_data_dictionary_names_every_metric_of_the_long_form() {
     const DICTIONARY: &str = include_str!("../../../docs/data-dictionary.md");
     let place = tempfile::tempdir().unwrap();
-    leave_run(place.path(), &[2]);
-    let mut reader = csv::Reader::from_path(place.path().join("measurements.csv")).unwrap();
-    let metrics: std::collections::BTreeSet<String> =
-        reader.records().map(|row| row.unwrap()[6].to_owned()).collect();
-    assert!(metrics.len() > 60);
+    leave_run(&place.path().join("turns"), &[2]);
+    leave_loads(&place.path().join("loads"), 1, 1, 20, 1.0);
+    let mut metrics = std::collections::BTreeSet::new();
+    for run in ["turns", "loads"] {
+        let path = place.path().join(run).join("measurements.csv");
+        let mut reader = csv::Reader::from_path(path).unwrap();
+        metrics.extend(reader.records().map(|row| row.unwrap()[8].to_owned()));
+    }
+    assert!(metrics.len() > 100, "{}", metrics.len());
     for metric in metrics {
         let (class, count) = metric.rsplit_once('-').unwrap_or((&metric, ""));
-        let is_turn = metric.starts_with("turn-time-");
+        let has_points = ["n", "min", "mean", "max"].contains(&count) || count.starts_with('p');
         let names = [
             format!("`{metric}`"),
             // Traffic stands there as class and count.
             format!("`{}-*`", class.trim_end_matches("-bytes")),
-            if is_turn { format!("`-{count}`") } else { String::new() },
+            // So do histograms.
+            if has_points { format!("`{class}-n`") } else { String::new() },
             if count.parse::<u32>().is_ok() { "`turn-time-1`".to_owned() } else { String::new() },
         ];
         let is_named = names.iter().any(|name| !name.is_empty() && DICTIONARY.contains(name));
