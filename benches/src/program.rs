@@ -34,6 +34,28 @@ pub enum RatioError {
     },
 }
 
+/// Where `slateswarm` leaves results that nobody needs once their figures are read; removed on drop.
+pub(crate) struct ResultsDirectory(PathBuf);
+
+impl ResultsDirectory {
+    /// One for this process.
+    pub(crate) fn of_this_process() -> Self {
+        Self(std::env::temp_dir().join(format!("slateswarm-benches-{}", std::process::id())))
+    }
+
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for ResultsDirectory {
+    fn drop(&mut self) {
+        // It does not exist if `slateswarm` refused to start.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
 /// Runs `program` to its end and parses its standard output.
 ///
 /// # Errors

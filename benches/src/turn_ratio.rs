@@ -5,7 +5,7 @@
 //! What is asked of `slateswarm` and where its answer lies stand in `arguments_of_slateswarm` and
 //! `turn_of_slateswarm` and nowhere else.
 
-use crate::program::{RatioError, answer_of, figure, median};
+use crate::program::{RatioError, ResultsDirectory, answer_of, figure, median};
 use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::fmt;
@@ -81,24 +81,9 @@ impl Comparison {
 
     fn measure_turn(&self) -> Result<f64, RatioError> {
         let out = ResultsDirectory::of_this_process();
-        let answer = answer_of(&self.slateswarm, &arguments_of_slateswarm(self.crafts, &out.0))?;
+        let arguments = arguments_of_slateswarm(self.crafts, out.path());
+        let answer = answer_of(&self.slateswarm, &arguments)?;
         figure(&self.slateswarm, "median turn time", turn_of_slateswarm(&answer))
-    }
-}
-
-/// Where `slateswarm` leaves results that nobody needs once the turn time is printed.
-struct ResultsDirectory(PathBuf);
-
-impl ResultsDirectory {
-    fn of_this_process() -> Self {
-        Self(std::env::temp_dir().join(format!("slateswarm-turn-ratio-{}", std::process::id())))
-    }
-}
-
-impl Drop for ResultsDirectory {
-    fn drop(&mut self) {
-        // It does not exist if `slateswarm` refused to start.
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
