@@ -117,6 +117,17 @@ pub const FOREIGN_CORES_MAX: f64 = 0.1;
 /// How much slower than the fastest of a run its fixed loop may be, before a block is noisy.
 pub const SPIN_RATIO_MAX: f64 = 1.25;
 
+/// Share of a core that the orchestrator may use in a measured interval of open mode, before its cell is
+/// marked.
+pub const ORCHESTRATOR_CORE_SHARE_MAX: f64 = 0.001;
+
+/// Share of the applications that a trace needs which must be known by the end of the interval, else the
+/// load is above capacity.
+pub const APPLIED_SHARE_MIN: f64 = 0.999;
+
+/// 99th percentile of the schedule's lateness from which a load is above capacity, ns.
+pub const LAG_P99_NS_MAX: u64 = 1_000_000;
+
 /// Share of its time that the fixed loop may wait for a processor, before a block is noisy.
 pub const SPIN_DELAY_SHARE_MAX: f64 = 0.1;
 

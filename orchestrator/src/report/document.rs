@@ -2,13 +2,26 @@
 
 use super::compare::PublishedMean;
 use crate::results::figure::Figure;
+use crate::results::inference::Comparison;
 use crate::results::summary::{Deterministic, Summary, Timing};
 use serde::Serialize;
 
 /// The columns of the CSV form.
-const HEADER: [&str; 13] = [
-    "part", "size", "strategy", "trial", "craft", "metric", "value", "n", "low", "high", "unit",
-    "load", "label",
+const HEADER: [&str; 14] = [
+    "part",
+    "size",
+    "strategy",
+    "trial",
+    "craft",
+    "metric",
+    "value",
+    "n",
+    "low",
+    "high",
+    "unit",
+    "load",
+    "label",
+    "asks_every_ns",
 ];
 
 #[derive(Serialize)]
@@ -88,30 +101,64 @@ pub(super) fn csv(summary: &Summary, published: &[PublishedMean]) -> String {
         let metric = format!("turn-time-p50-to-{}-verdict", pair.base);
         rows.plain(&key, &metric, pair.comparison.verdict.name(), "");
     }
+    loads(summary, &mut rows);
     rows.finish()
 }
 
-/// What a row is about.
-struct Key {
-    part: &'static str,
-    size: String,
-    strategy: &'static str,
-    trial: String,
-    craft: String,
+/// The figures of open mode, what is marked in their rows, and what comparisons say.
+fn loads(summary: &Summary, rows: &mut Rows) {
+    for row in &summary.timing.loads {
+        let label = row.label().to_string();
+        let key = Key { asks_every_ns: row.asks_every_ns, ..Key::of("load", row.size, &label) };
+        row.figures.iter().for_each(|(metric, figure)| rows.figure(&key, metric, figure));
+        let said = |is_true: Option<bool>| is_true.map_or_else(String::new, |it| it.to_string());
+        for (metric, value) in [
+            ("is-saturated", said(Some(row.saturated.is_some()))),
+            ("is-stationary", said(row.is_stationary)),
+            ("is-late", said(Some(row.is_late))),
+            ("is-disturbed", said(Some(row.is_disturbed))),
+        ] {
+            rows.plain(&Key { load: &row.load, ..key }, metric, &value, "");
+        }
+    }
+    for pair in &summary.timing.compared_loads {
+        let key = Key {
+            asks_every_ns: pair.asks_every_ns,
+            load: &pair.load,
+            ..Key::of("load", pair.size, pair.strategy.name())
+        };
+        let metric = format!("{}-to-{}", pair.metric.name(), pair.base);
+        rows.comparison(&key, &metric, &pair.comparison);
+        if pair.is_late {
+            rows.plain(&key, &format!("{metric}-is-late"), "true", "");
+        }
+    }
 }
 
-impl Key {
-    fn of(part: &'static str, size: u32, strategy: &'static str) -> Self {
-        let (trial, craft) = (String::new(), String::new());
-        Self { part, size: size.to_string(), strategy, trial, craft }
+/// What a row is about.
+#[derive(Clone, Copy)]
+struct Key<'a> {
+    part: &'static str,
+    size: u32,
+    strategy: &'a str,
+    trial: Option<u32>,
+    craft: &'a str,
+    /// Of what is no figure; a figure says itself.
+    load: &'a str,
+    asks_every_ns: Option<u64>,
+}
+
+impl<'a> Key<'a> {
+    const fn of(part: &'static str, size: u32, strategy: &'a str) -> Self {
+        Self { part, size, strategy, trial: None, craft: "", load: "", asks_every_ns: None }
     }
 
-    fn trial(self, trial: u32) -> Self {
-        Self { trial: trial.to_string(), ..self }
+    const fn trial(self, trial: u32) -> Self {
+        Self { trial: Some(trial), ..self }
     }
 
-    fn craft(self, name: &str) -> Self {
-        Self { craft: name.to_owned(), ..self }
+    const fn craft(self, name: &'a str) -> Self {
+        Self { craft: name, ..self }
     }
 }
 
@@ -128,46 +175,65 @@ impl Rows {
         self.0.write_record(row).expect("invariant: every row has the header's length");
     }
 
-    fn figure(&mut self, key: &Key, metric: &str, figure: &Figure) {
-        let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+    fn figure(&mut self, key: &Key<'_>, metric: &str, figure: &Figure) {
         self.write([
             key.part,
-            &key.size,
+            &key.size.to_string(),
             key.strategy,
-            &key.trial,
-            &key.craft,
+            &text(key.trial),
+            key.craft,
             metric,
-            &number(figure.value),
+            &text(figure.value),
             &figure.n.to_string(),
-            &number(figure.low),
-            &number(figure.high),
+            &text(figure.low),
+            &text(figure.high),
             figure.unit,
-            figure.load.unwrap_or(""),
+            figure.load.as_deref().unwrap_or(key.load),
             &figure.label,
+            &text(key.asks_every_ns),
         ]);
     }
 
-    fn plain(&mut self, key: &Key, metric: &str, value: &str, unit: &str) {
-        let (size, trial, craft) = (&key.size, &key.trial, &key.craft);
+    fn plain(&mut self, key: &Key<'_>, metric: &str, value: &str, unit: &'static str) {
         self.write([
             key.part,
-            size,
+            &key.size.to_string(),
             key.strategy,
-            trial,
-            craft,
+            &text(key.trial),
+            key.craft,
             metric,
             value,
             "1",
             "",
             "",
             unit,
+            key.load,
             "",
-            "",
+            &text(key.asks_every_ns),
         ]);
+    }
+
+    /// A ratio by block, its p, the floor and the verdict.
+    fn comparison(&mut self, key: &Key<'_>, metric: &str, comparison: &Comparison) {
+        let figure =
+            |value: Option<f64>, label: &str| Figure::count(value, comparison.blocks, "1", label);
+        let (low, high) = comparison.interval.unzip();
+        let ratio = figure(Some(comparison.ratio), "ratio by block");
+        self.figure(key, metric, &Figure { low, high, ..ratio });
+        let chance = figure(Some(comparison.p_value), "chance of such a distance, corrected");
+        self.figure(key, &format!("{metric}-p"), &chance);
+        let floor = figure(comparison.floor, "distance from itself, the A-A floor");
+        self.figure(key, &format!("{metric}-floor"), &floor);
+        self.plain(key, &format!("{metric}-verdict"), comparison.verdict.name(), "");
     }
 
     fn finish(self) -> String {
         let bytes = self.0.into_inner().expect("invariant: memory takes every row");
         String::from_utf8(bytes).expect("invariant: rows are made of text")
     }
+}
+
+/// A number, empty where there is none.
+fn text(number: Option<impl ToString>) -> String {
+    number.map_or_else(String::new, |number| number.to_string())
 }

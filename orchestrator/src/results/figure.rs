@@ -1,6 +1,6 @@
 //! One number that a table shows, with everything that a reader needs to judge it.
 //!
-//! Figures are computed in [`super::summary`] and [`super::times`] only. Tables, JSON and CSV take
+//! Figures are computed in [`super::summary`], [`super::times`] and [`super::loads`] only. Tables, JSON and CSV take
 //! them from the same map, so that no format can show a number that another lacks.
 
 use serde::Serialize;
@@ -20,7 +20,7 @@ pub struct Figure {
     /// Unit of value, low and high; `1` for ratios.
     pub unit: &'static str,
     /// Under which load it was measured; absent for counts, which depend on none.
-    pub load: Option<&'static str>,
+    pub load: Option<String>,
     /// What it is, in words.
     pub label: String,
 }
@@ -60,7 +60,21 @@ impl Figures {
         unit: &'static str,
         label: &str,
     ) {
-        let figure = Figure { load: Some("lockstep"), ..Figure::count(value, n, unit, label) };
+        self.under("lockstep", metric, value, n, unit, label);
+    }
+
+    /// Adds a figure that was measured under `load`.
+    pub fn under(
+        &mut self,
+        load: &str,
+        metric: &str,
+        value: Option<f64>,
+        n: u64,
+        unit: &'static str,
+        label: &str,
+    ) {
+        let load = Some(load.to_owned());
+        let figure = Figure { load, ..Figure::count(value, n, unit, label) };
         self.0.insert(metric.to_owned(), figure);
     }
 

@@ -11,6 +11,8 @@ pub mod histogram;
 pub mod host;
 pub mod inference;
 pub mod load;
+pub mod load_pairs;
+pub mod loads;
 pub mod map;
 pub mod measurements;
 pub mod pairs;

@@ -170,6 +170,13 @@ pub fn mean(values: impl IntoIterator<Item = u64>) -> Option<f64> {
     ratio_of_sums(values.into_iter().map(|value| (value, 1)))
 }
 
+/// The mean, `None` of nothing.
+#[must_use]
+pub fn mean_of(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.into_iter().fold((0.0, 0_u64), |(sum, n), value| (sum + value, n + 1));
+    (n > 0).then(|| sum / as_float(n))
+}
+
 /// The middle value, the mean of the two middle ones for an even number, `None` of nothing.
 #[must_use]
 pub fn median(values: &[u64]) -> Option<f64> {

@@ -9,6 +9,9 @@ use super::crafts::{CraftCell, craft_cells};
 use super::event::{Event, EventLine};
 use super::figure::Figures;
 use super::host::HostReport;
+use super::load::{CapacityRecord, LoadRecord};
+use super::load_pairs::{ComparedLoad, Orders, compared_loads, orders};
+use super::loads::{LoadFigures, load_figures};
 use super::pairs::{self, Compared, Control};
 use super::provenance::Provenance;
 use super::read::{Missing, RunData};
@@ -81,10 +84,20 @@ pub struct Timing {
     pub compared: Vec<Compared>,
     /// Comparisons whose answer is known; empty unless `run.controls`.
     pub controls: Vec<Control>,
+    /// Figures of open mode, ordered by size and load.
+    pub loads: Vec<LoadFigures>,
+    /// The same paired by block with those of one strategy.
+    pub compared_loads: Vec<ComparedLoad>,
+    /// Strategies in order by count, CPU and time to knowledge, for each size and load.
+    pub orders: Vec<Orders>,
     /// Whether the host was quiet.
     pub host: HostReport,
     /// The timing cells as recorded.
     pub records: Vec<TimingRecord>,
+    /// The cells of open mode as recorded.
+    pub load_records: Vec<LoadRecord>,
+    /// The searches for capacity as recorded.
+    pub capacities: Vec<CapacityRecord>,
     /// Every trial's times and costs, in the order in which they were run.
     pub trials: Vec<TrialTimes>,
 }
@@ -134,6 +147,7 @@ impl Summary {
         };
         let host = HostReport::of(&run.events);
         let compared = pairs::compared(run, host.is_clean());
+        let loads = load_figures(run);
         let timing = Timing {
             provenance,
             outcome: run.outcome(),
@@ -142,8 +156,13 @@ impl Summary {
             cells: times::timed_figures(run, &compared),
             compared,
             controls: pairs::controls(run, host.is_clean()),
+            compared_loads: compared_loads(run, &loads, host.is_clean()),
+            orders: orders(&loads),
+            loads,
             host,
             records: run.timings.iter().map(|timed| timed.record.clone()).collect(),
+            load_records: run.loads.iter().map(|cell| cell.record.clone()).collect(),
+            capacities: run.capacities.clone(),
             trials: run.trials.iter().map(trial_times).collect(),
         };
         Self { format: SUMMARY_FORMAT, deterministic, timing }
