@@ -73,6 +73,10 @@ pub enum Command {
     },
 }
 
+/// Flags that decide what a run does: one that is resumed has them already.
+const PLAN_FLAGS: [&str; 8] =
+    ["strategies", "trials", "blocks", "seed", "set", "out", "wake", "cores"];
+
 /// What every run may be told.
 #[derive(Clone, Debug, Default, Args)]
 pub struct CommonArguments {
@@ -116,6 +120,10 @@ pub struct CommonArguments {
 /// `compare`.
 #[derive(Clone, Debug, Args)]
 pub struct CompareArguments {
+    /// Goes on with a run that was cut off, in its directory and as it was started.
+    #[arg(long, value_name = "DIR", conflicts_with_all = PLAN_FLAGS)]
+    #[arg(conflicts_with_all = ["sizes", "simulated", "no_timing", "timing_only"])]
+    pub resume: Option<PathBuf>,
     /// Fleet sizes.
     #[arg(long, value_delimiter = ',', default_value = "2,3,5,10", value_name = "SIZES")]
     pub sizes: Vec<u32>,
@@ -137,7 +145,12 @@ pub struct CompareArguments {
 #[derive(Clone, Debug, Args)]
 pub struct RunArguments {
     /// A mission file, or the name of a preset.
-    pub scenario: String,
+    #[arg(required_unless_present = "resume")]
+    pub scenario: Option<String>,
+    /// Goes on with a run that was cut off, in its directory and as it was started.
+    #[arg(long, value_name = "DIR", conflicts_with_all = PLAN_FLAGS)]
+    #[arg(conflicts_with_all = ["scenario", "simulated"])]
+    pub resume: Option<PathBuf>,
     /// On the memory network instead of real processes.
     #[arg(long)]
     pub simulated: bool,

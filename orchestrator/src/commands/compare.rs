@@ -1,12 +1,14 @@
 //! `compare`: the published experiment on real fleets of several sizes, under every strategy.
 
-use super::execute::{Scope, execute};
+use super::execute::{Destination, Job, Scope, execute, tell_how_to_resume};
+use super::resume::{Resumed, with_typed};
 use super::{Refusal, Setting, load_scenario, print_report, program};
-use crate::cli::CompareArguments;
+use crate::cli::{Command, CompareArguments};
 use crate::outcome::Outcome;
 use crate::report::compare::{Compare, PublishedMean};
 use crate::report::published::{PUBLISHED_TRIALS, Published, is_source_inconsistent};
 use crate::results::figure::Figure;
+use crate::results::store::Place;
 use crate::scenario::ResolvedScenario;
 use shared_types::scenario::GeneratedNetwork;
 use shared_types::wire::StrategyKind;
@@ -19,15 +21,34 @@ pub const PRESET: &str = "compare";
 /// # Errors
 /// If something asked for is wrong; nothing was started then.
 pub fn compare(arguments: &CompareArguments, setting: Setting) -> Result<Outcome, Refusal> {
-    let mode = arguments.simulated.then_some("simulated");
-    let base = load_scenario(PRESET, &arguments.common, mode)?;
-    let scenarios = sized(&base, &arguments.sizes)?;
+    let Some(directory) = &arguments.resume else {
+        let mode = arguments.simulated.then_some("simulated");
+        let base = load_scenario(PRESET, &arguments.common, mode)?;
+        let destination = Destination::New(Place::Below(&arguments.common.out));
+        return compare_from(&base, arguments, destination, setting);
+    };
+    let resumed = Resumed::open(directory)?;
+    let Command::Compare(stored) = resumed.command else { return Err(resumed.of_another_verb()) };
+    let common = with_typed(stored.common, &arguments.common);
+    let stored = CompareArguments { common, ..stored };
+    let destination = Destination::Resumed(Box::new(resumed.unfinished));
+    compare_from(&resumed.scenario, &stored, destination, setting)
+}
+
+fn compare_from(
+    base: &ResolvedScenario,
+    arguments: &CompareArguments,
+    destination: Destination<'_>,
+    setting: Setting,
+) -> Result<Outcome, Refusal> {
+    let scenarios = sized(base, &arguments.sizes)?;
     let scope = match (arguments.no_timing, arguments.timing_only) {
         (true, _) => Scope::Counts,
         (_, true) => Scope::Times,
         _ => Scope::All,
     };
-    let executed = execute(PRESET, scenarios, scope, &arguments.common, setting)?;
+    let job = Job { name: PRESET, scenarios, scope, common: &arguments.common, destination };
+    let executed = execute(job, setting)?;
     // Published means stand beside the published experiment only, whatever `--set` made of it.
     let is_published = base.scenario().network == Some(GeneratedNetwork::default());
     let report = Compare {
@@ -36,6 +57,7 @@ pub fn compare(arguments: &CompareArguments, setting: Setting) -> Result<Outcome
         directory: executed.directory,
         program: program(),
     };
+    tell_how_to_resume("compare", executed.outcome, &report.directory, setting);
     print_report(&report, setting, arguments.common.all)?;
     Ok(executed.outcome)
 }

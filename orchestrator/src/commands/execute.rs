@@ -9,7 +9,8 @@ use crate::launch::placement::{Placement, Processors};
 use crate::launch::run_root::clean_dead_runs;
 use crate::outcome::Outcome;
 use crate::results::provenance::{Provenance, RunIdentity};
-use crate::results::record::Label;
+use crate::results::record::{Digest, Label};
+use crate::results::resume::Unfinished;
 use crate::results::store::{Place, Store};
 use crate::results::summary::Summary;
 use crate::run::demand::demand;
@@ -21,7 +22,9 @@ use crate::supervision::signals::Signals;
 use shared_types::rng::{Purpose, Stream};
 use shared_types::scenario::{Fleet, RunMode};
 use shared_types::transport::RunPaths;
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use xxhash_rust::xxh3::xxh3_64;
 
 /// How long a cell runs unmeasured before its turn times count, ns (MEASURING: at least 200 ms).
 const WARM_UP_NS: u64 = 200_000_000;
@@ -50,14 +53,41 @@ pub(super) struct Executed {
     pub(super) outcome: Outcome,
 }
 
-/// Runs the fleets of `scenarios` one after the other; results lie under the name `name`.
-pub(super) fn execute(
-    name: &str,
-    scenarios: Vec<ResolvedScenario>,
-    scope: Scope,
-    common: &CommonArguments,
+/// What to run and where its results go.
+pub(super) struct Job<'a> {
+    /// What the results are called.
+    pub(super) name: &'a str,
+    /// One a fleet size, run one after the other.
+    pub(super) scenarios: Vec<ResolvedScenario>,
+    /// What to run besides what they say.
+    pub(super) scope: Scope,
+    /// What was typed.
+    pub(super) common: &'a CommonArguments,
+    /// Where results go.
+    pub(super) destination: Destination<'a>,
+}
+
+/// Where the results of a job go.
+pub(super) enum Destination<'a> {
+    /// Into a directory of their own.
+    New(Place<'a>),
+    /// To those of a run that was cut off.
+    Resumed(Box<Unfinished>),
+}
+
+/// Runs a job from start to end, by itself.
+pub(super) fn execute(job: Job<'_>, setting: Setting) -> Result<Executed, Refusal> {
+    let mut signals = Signals::install().map_err(|error| Refusal::new(error.to_string()))?;
+    execute_under(job, setting, &mut signals)
+}
+
+/// Runs a job that is one of several: `signals` are listened to beyond its end.
+pub(super) fn execute_under(
+    job: Job<'_>,
     setting: Setting,
+    signals: &mut Signals,
 ) -> Result<Executed, Refusal> {
+    let Job { name, scenarios, scope, common, destination } = job;
     let refused = |error: &dyn std::fmt::Display| Refusal::new(error.to_string());
     let plan = plan(scenarios, scope, common)?;
     if !plan.is_simulated {
@@ -66,22 +96,38 @@ pub(super) fn execute(
             demand(fleet, plan.seed).claim().map_err(|error| refused(&error))?;
         }
     }
-    let mut signals = Signals::install().map_err(|error| refused(&error))?;
     let first = &plan.fleets[0].scenario;
     let provenance = Provenance::gather(&identity(name, &plan));
-    let mut store = Store::create(Place::Below(&common.out), &provenance, &first.to_toml())
-        .map_err(|error| refused(&error))?;
+    let mut store = match destination {
+        Destination::New(place) => {
+            Store::create(place, &provenance, &first.to_toml()).map_err(|error| refused(&error))?
+        }
+        Destination::Resumed(unfinished) => {
+            Store::resume(*unfinished, &provenance).map_err(|error| refused(&error))?
+        }
+    };
     let mut progress = Line::new(setting.is_quiet);
     for notice in first.notices().iter().filter(|_| !setting.is_quiet) {
         progress.say(notice);
     }
     let launcher = Launcher::of_this_executable(CraftErrors::Kept);
-    let ran = Runner::new(&plan, &mut store, &mut progress).run(&launcher, &mut signals);
-    drop(progress);
+    let ran = Runner::new(&plan, &mut store, &mut progress).run(&launcher, signals);
     let outcome = ran.map_err(|error| refused(&error))?;
     let directory = store.directory().to_owned();
+    drop(progress);
     let summary = store.finish(outcome).map_err(|error| refused(&error))?;
     Ok(Executed { summary, directory, outcome })
+}
+
+/// Says how a run that was cut off goes on.
+pub(super) fn tell_how_to_resume(verb: &str, outcome: Outcome, directory: &Path, setting: Setting) {
+    let is_cut_off =
+        matches!(outcome, Outcome::Interrupted | Outcome::Terminated | Outcome::TimeLimit);
+    if is_cut_off && !setting.is_quiet {
+        let (program, directory) = (super::program(), directory.display());
+        eprintln!("slateswarm: what is complete is kept; to go on from there:");
+        eprintln!("  {program} {verb} --resume {directory}");
+    }
 }
 
 fn plan(
@@ -166,5 +212,24 @@ fn identity(name: &str, plan: &RunPlan) -> RunIdentity {
         processes_max: processes.max().unwrap_or(0),
         cores_used: plan.fleets[0].scenario.scenario().fleet.cores.unwrap_or(online).min(online),
         wake: plan.wake,
+        plan: digests(plan),
     }
+}
+
+/// Digests of what decides every measurement, by what refusals call it.
+fn digests(plan: &RunPlan) -> BTreeMap<String, Digest> {
+    let digest = |what: &dyn std::fmt::Debug| Digest(xxh3_64(format!("{what:?}").as_bytes()));
+    let scenarios: Vec<String> = plan.fleets.iter().map(|fleet| fleet.scenario.to_toml()).collect();
+    let orders: Vec<_> =
+        plan.fleets.iter().map(|fleet| (&fleet.strategies, &fleet.order)).collect();
+    let placements: Vec<_> = plan.fleets.iter().map(|fleet| &fleet.placement).collect();
+    let rest = (plan.trials, plan.timing, plan.wake, plan.turn_limit_ns, plan.is_simulated);
+    [
+        ("the digest of the scenario", digest(&scenarios)),
+        ("the digest of strategies and their order", digest(&orders)),
+        ("the digest of trials and timing", digest(&rest)),
+        ("the digest of who runs on which processor", digest(&placements)),
+    ]
+    .map(|(what, digest)| (what.to_owned(), digest))
+    .into()
 }

@@ -11,6 +11,7 @@ mod progress;
 pub mod record;
 pub mod report;
 pub mod reproduce;
+mod resume;
 
 pub mod run;
 pub mod scenario;

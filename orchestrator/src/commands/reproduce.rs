@@ -1,7 +1,7 @@
 //! `reproduce`: the published tables beside ours.
 
 use super::compare::{PRESET, sized};
-use super::execute::{Scope, execute};
+use super::execute::{Destination, Job, Scope, execute};
 use super::{Refusal, Setting, load_scenario, print_report};
 use crate::cli::ReproduceArguments;
 use crate::expectation::sample;
@@ -9,6 +9,7 @@ use crate::outcome::Outcome;
 use crate::report::published::{PUBLISHED_TRIALS, Published};
 use crate::report::ranges::Sample;
 use crate::report::reproduce::{Reproduction, TABLES};
+use crate::results::store::Place;
 use shared_types::wire::StrategyKind;
 
 /// Simulated trials behind the range of a mean (MEASURING: at least 10,000).
@@ -45,7 +46,14 @@ pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Out
         .filter(|runs| tables.contains(&25) || tables.contains(&runs.table))
         .map(|runs| runs.crafts)
         .collect();
-    let executed = execute("reproduce", sized(&base, &sizes)?, Scope::Counts, &common, setting)?;
+    let job = Job {
+        name: "reproduce",
+        scenarios: sized(&base, &sizes)?,
+        scope: Scope::Counts,
+        common: &common,
+        destination: Destination::New(Place::Below(&common.out)),
+    };
+    let executed = execute(job, setting)?;
     let parameters = base.scenario().network.clone().unwrap_or_default();
     let samples: Vec<Sample> = if tables.contains(&25) {
         sizes.iter().map(|&crafts| sample(&parameters, crafts, seed, SAMPLE_TRIALS)).collect()

@@ -1,10 +1,13 @@
 //! `run` and `simulate`: a mission file or preset, on a real fleet or in one process.
 
-use super::execute::{Scope, execute};
+use super::execute::{Destination, Job, Scope, execute, tell_how_to_resume};
+use super::resume::{Resumed, with_typed};
 use super::{Refusal, Setting, load_scenario, print_report, program};
-use crate::cli::RunArguments;
+use crate::cli::{Command, CommonArguments, RunArguments};
 use crate::outcome::Outcome;
 use crate::report::run::Mission;
+use crate::results::store::Place;
+use crate::scenario::ResolvedScenario;
 
 /// Runs the scenario and prints its table.
 ///
@@ -15,12 +18,38 @@ pub fn run(
     is_simulated: bool,
     setting: Setting,
 ) -> Result<Outcome, Refusal> {
-    let mode = is_simulated.then_some("simulated");
-    let scenario = load_scenario(&arguments.scenario, &arguments.common, mode)?;
+    let verb = if is_simulated && !arguments.simulated { "simulate" } else { "run" };
+    let Some(directory) = &arguments.resume else {
+        let mode = is_simulated.then_some("simulated");
+        let name = arguments.scenario.as_deref().unwrap_or_default();
+        let scenario = load_scenario(name, &arguments.common, mode)?;
+        let destination = Destination::New(Place::Below(&arguments.common.out));
+        return run_from(scenario, &arguments.common, destination, verb, setting);
+    };
+    let resumed = Resumed::open(directory)?;
+    let stored = match (verb, resumed.command) {
+        ("run", Command::Run(stored)) | ("simulate", Command::Simulate(stored)) => stored,
+        (_, command) => return Err(Resumed { command, ..resumed }.of_another_verb()),
+    };
+    let common = with_typed(stored.common, &arguments.common);
+    let destination = Destination::Resumed(Box::new(resumed.unfinished));
+    run_from(resumed.scenario, &common, destination, verb, setting)
+}
+
+fn run_from(
+    scenario: ResolvedScenario,
+    common: &CommonArguments,
+    destination: Destination<'_>,
+    verb: &str,
+    setting: Setting,
+) -> Result<Outcome, Refusal> {
     let name = scenario.scenario().name.clone();
-    let executed = execute(&name, vec![scenario], Scope::All, &arguments.common, setting)?;
+    let scenarios = vec![scenario];
+    let job = Job { name: &name, scenarios, scope: Scope::All, common, destination };
+    let executed = execute(job, setting)?;
     let report =
         Mission { summary: executed.summary, directory: executed.directory, program: program() };
-    print_report(&report, setting, arguments.common.all)?;
+    tell_how_to_resume(verb, executed.outcome, &report.directory, setting);
+    print_report(&report, setting, common.all)?;
     Ok(executed.outcome)
 }

@@ -60,8 +60,12 @@ fn sentence(event: &Event) -> Option<String> {
         }
         Event::Interrupted { signal } => Some(format!("signal {signal} asked the run to end")),
         Event::Note { what } => Some(what.clone()),
+        Event::Resumed { fleets } => {
+            Some(format!("the run was cut off and resumed after {fleets} complete fleets"))
+        }
         Event::FleetStarted { .. }
         | Event::FleetReady { .. }
+        | Event::FleetDone { .. }
         | Event::HostChecked { .. }
         | Event::EpochDone { .. }
         | Event::Ended { .. } => None,

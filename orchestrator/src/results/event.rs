@@ -70,6 +70,20 @@ pub enum Event {
         #[serde(flatten)]
         check: HostCheck,
     },
+    /// Everything that was planned for a fleet is done and kept.
+    FleetDone {
+        /// Which launch.
+        block: u32,
+        /// Crafts, a centre not counted.
+        size: u32,
+        /// Exit code of the run, if it ended now.
+        code: u8,
+    },
+    /// The run was cut off, and goes on.
+    Resumed {
+        /// Fleets that are complete.
+        fleets: u64,
+    },
     /// A process of the fleet is gone.
     CraftLost {
         /// Crafts of its fleet.

@@ -35,6 +35,13 @@ pub fn header_line() -> Vec<u8> {
     lines([HEADER.map(str::to_owned)])
 }
 
+/// The fleet (crafts, block) that a row is about; `None` of the header and of what is no row.
+#[must_use]
+pub fn is_about(row: &csv::ByteRecord) -> Option<(u32, u32)> {
+    let number = |place: usize| std::str::from_utf8(row.get(place)?).ok()?.parse().ok();
+    (row.len() == HEADER.len()).then_some((number(1)?, number(0)?))
+}
+
 /// All rows of one trial.
 #[must_use]
 pub fn trial_lines(record: &TrialRecord) -> Vec<u8> {

@@ -5,6 +5,7 @@
 //! Reports (see [`crate::report`]) only show figures. Not here: how anything is measured.
 
 pub mod crafts;
+pub mod directory;
 pub mod event;
 pub mod figure;
 pub mod histogram;
@@ -19,6 +20,7 @@ pub mod pairs;
 pub mod provenance;
 pub mod read;
 pub mod record;
+pub mod resume;
 pub mod statistics;
 pub mod store;
 pub mod summary;

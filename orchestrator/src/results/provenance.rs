@@ -3,9 +3,11 @@
 //! Whatever cannot be found out is absent or `unknown`, never guessed; nothing here can fail a run.
 //! This is the only place that reads the wall clock.
 
+use super::record::Digest;
 use serde::{Deserialize, Serialize};
 use shared_types::transport::WakeMode;
 use shared_types::wire::FORMAT_VERSION;
+use std::collections::BTreeMap;
 
 /// What the run decides, before it looks at its host.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,6 +26,8 @@ pub struct RunIdentity {
     pub cores_used: u32,
     /// How crafts wait.
     pub wake: WakeMode,
+    /// Digests of what the run will do, by what they are of.
+    pub plan: BTreeMap<String, Digest>,
 }
 
 /// The versions that decide what a run does.
@@ -43,6 +47,20 @@ pub struct Versions {
     pub wire_format: u16,
 }
 
+impl Versions {
+    /// What must be the same for results to be of one kind.
+    fn pairs(&self, now: &Self) -> Vec<(String, String, String)> {
+        [
+            ("the version", &self.slateswarm, &now.slateswarm),
+            ("the commit of the build", &self.commit, &now.commit),
+            ("the profile of the build", &self.profile, &now.profile),
+            ("the executable", &self.executable, &now.executable),
+        ]
+        .map(|(what, then, now)| (what.to_owned(), then.clone(), now.clone()))
+        .to_vec()
+    }
+}
+
 /// The machine and its state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Host {
@@ -60,6 +78,28 @@ pub struct Host {
     pub load_average: Option<[f64; 3]>,
     /// Total memory, bytes.
     pub memory_bytes: Option<u64>,
+    /// Digest of the machine's id: tells two hosts apart and says nothing about either.
+    #[serde(default)]
+    pub id: Option<Digest>,
+}
+
+impl Host {
+    /// What makes it the same host in the same state, load apart.
+    #[must_use]
+    pub fn pairs(&self, now: &Self) -> Vec<(String, String, String)> {
+        let text =
+            |value: Option<&dyn std::fmt::Display>| value.map_or_else(unknown, ToString::to_string);
+        let (id_then, id_now) = (self.id.as_ref(), now.id.as_ref());
+        [
+            ("the host", text(id_then.map(|id| id as _)), text(id_now.map(|id| id as _))),
+            ("the kernel", self.kernel.clone(), now.kernel.clone()),
+            ("the processor", self.cpu_model.clone(), now.cpu_model.clone()),
+            ("the number of cores", self.cores_online.to_string(), now.cores_online.to_string()),
+            ("the clock source", self.clock_source.clone(), now.clock_source.clone()),
+        ]
+        .map(|(what, then, now)| (what.to_owned(), then, now))
+        .to_vec()
+    }
 }
 
 /// Everything that `env.json` holds.
@@ -87,6 +127,23 @@ pub struct Provenance {
     pub versions: Versions,
     /// On what.
     pub host: Host,
+    /// Digests of what the run does, by what they are of; a run that is resumed must have the same.
+    #[serde(default)]
+    pub plan: BTreeMap<String, Digest>,
+    /// When it was cut off and went on, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub resumed: Vec<Resumption>,
+}
+
+/// One time that a run went on after it had been cut off: same build, same host, another moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Resumption {
+    /// When, UTC, as [`Provenance::date`].
+    pub date: String,
+    /// On what, with the load of that moment.
+    pub host: Host,
+    /// Fleets that were complete.
+    pub fleets: u64,
 }
 
 impl Provenance {
@@ -106,7 +163,28 @@ impl Provenance {
             wake: identity.wake,
             versions: versions(),
             host: host(),
+            plan: identity.plan.clone(),
+            resumed: Vec::new(),
         }
+    }
+
+    /// In what `now` differs so that its measurements would not belong to these: what, then, now.
+    #[must_use]
+    pub fn differences(&self, now: &Self) -> Vec<(String, String, String)> {
+        let mut pairs: Vec<(String, String, String)> = self
+            .versions
+            .pairs(&now.versions)
+            .into_iter()
+            .chain(self.host.pairs(&now.host))
+            .collect();
+        let seeds = (self.seed.to_string(), now.seed.to_string());
+        pairs.push(("the seed".to_owned(), seeds.0, seeds.1));
+        for (what, digest) in &self.plan {
+            let other = now.plan.get(what).map_or_else(|| "absent".to_owned(), ToString::to_string);
+            pairs.push((what.clone(), digest.to_string(), other));
+        }
+        pairs.retain(|(_, then, now)| then != now);
+        pairs
     }
 
     /// The date as it stands in the name of the directory, `20261122T150405Z`.
@@ -149,6 +227,10 @@ fn host() -> Host {
         governor: first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"),
         load_average: load_average(),
         memory_bytes: memory_bytes(),
+        id: first_line("/etc/machine-id").filter(|id| !id.is_empty()).map(|id| {
+            // Salted, so that the digest is of no use elsewhere.
+            Digest(xxhash_rust::xxh3::xxh3_64(format!("slateswarm {id}").as_bytes()))
+        }),
     }
 }
 
@@ -253,6 +335,7 @@ mod tests {
             processes_max: 11,
             cores_used: 2,
             wake: shared_types::transport::WakeMode::Adaptive,
+            plan: std::collections::BTreeMap::new(),
         });
         assert!(provenance.host.kernel.starts_with("Linux "), "{provenance:?}");
         assert!(provenance.host.cores_online > 0);

@@ -58,7 +58,10 @@ pub(crate) fn provenance() -> Provenance {
             governor: None,
             load_average: Some([0.5, 0.25, 0.125]),
             memory_bytes: Some(8 << 30),
+            id: Some(Digest(0x1d)),
         },
+        plan: [("the scenario".to_owned(), Digest(0x5c))].into(),
+        resumed: Vec::new(),
     }
 }
 

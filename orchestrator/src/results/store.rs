@@ -20,13 +20,15 @@
 //! a reader finds every record that was complete, and at most one torn line at an end. Nothing is
 //! forced to the disk: a power cut may lose what the kernel still holds. Reading is [`super::read`].
 
+use super::directory::{make_directory, point_latest_at};
 use super::event::{Event, EventLine};
 use super::histogram::{to_interval_log, to_load_log, to_percentile_table};
 use super::load::{CapacityRecord, LoadHistograms, LoadRecord};
 use super::measurements;
-use super::provenance::Provenance;
+use super::provenance::{Provenance, Resumption};
 use super::read::read_run;
 use super::record::{TimingRecord, TrialRecord};
+use super::resume::{FleetKey, ResumeError, Unfinished, lock};
 use super::statistics::{histogram_of, merged};
 use super::summary::Summary;
 use crate::outcome::Outcome;
@@ -35,9 +37,12 @@ use shared_types::limits::CRAFTS_RECORDED_MAX;
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+
+pub use super::directory::Place;
 
 /// Name of the resolved scenario's file.
 pub const SCENARIO_FILE: &str = "scenario.resolved.toml";
@@ -59,18 +64,6 @@ pub const MEASUREMENTS_FILE: &str = "measurements.csv";
 pub const SUMMARY_FILE: &str = "summary.json";
 /// Name of the link to the newest run.
 pub const LATEST_LINK: &str = "latest";
-
-/// Runs of one scenario and seed that may start within one second.
-const SAME_SECOND_MAX: u32 = 1000;
-
-/// Where a run's directory is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place<'a> {
-    /// Below this directory, as `<scenario>/<stamp>-<seed>`, with `latest` pointing at it.
-    Below(&'a Path),
-    /// Here, in a directory that is empty or does not exist.
-    Exactly(&'a Path),
-}
 
 /// Why results cannot be kept.
 #[derive(Debug, thiserror::Error)]
@@ -113,6 +106,14 @@ pub enum StoreError {
 pub struct Store {
     directory: PathBuf,
     began: Nanos,
+    /// What had passed when the run was cut off, ns.
+    passed_ns: u64,
+    /// The fleets that are complete already.
+    done: BTreeSet<FleetKey>,
+    /// The worst of what they ended with.
+    outcome: Outcome,
+    /// Keeps other processes from going on with the run.
+    _lock: Option<File>,
     trials: File,
     timings: File,
     loads: File,
@@ -138,22 +139,70 @@ impl Store {
         };
         write(SCENARIO_FILE, resolved_scenario.as_bytes())?;
         write(PROVENANCE_FILE, pretty(provenance).as_bytes())?;
-        let open = |name: &str| append(&directory.join(name)).map_err(unwritable);
-        let mut store = Self {
+        let mut store = Self::open(&directory).map_err(unwritable)?;
+        store.measurements.write_all(&measurements::header_line()).map_err(unwritable)?;
+        if let Place::Below(root) = place {
+            point_latest_at(root, &directory).map_err(unwritable)?;
+        }
+        Ok(store)
+    }
+
+    /// Goes on with a run that was cut off, as `now` would start it: what is incomplete is dropped, and
+    /// the provenance keeps the moment.
+    ///
+    /// # Errors
+    /// If plan, build or host are others, or a file cannot be written.
+    pub fn resume(unfinished: Unfinished, now: &Provenance) -> Result<Self, ResumeError> {
+        unfinished.check(now)?;
+        let (done, outcome) = (unfinished.done(), unfinished.outcome());
+        let (passed_ns, mut provenance) =
+            (unfinished.last_at_ns(), unfinished.provenance().clone());
+        let directory = unfinished.directory().to_owned();
+        let lock = unfinished.tidy()?;
+        let failed = |source| ResumeError::Write { path: directory.clone(), source };
+        let fleets = done.len() as u64;
+        let (date, host) = (now.date.clone(), now.host.clone());
+        provenance.resumed.push(Resumption { date, host, fleets });
+        let opened = Self::open(&directory).map_err(failed)?;
+        let mut store = Self { passed_ns, done, outcome, _lock: Some(lock), ..opened };
+        if store.measurements.metadata().map_err(failed)?.len() == 0 {
+            store.measurements.write_all(&measurements::header_line()).map_err(failed)?;
+        }
+        let kept = store.replace(PROVENANCE_FILE, &pretty(&provenance));
+        kept.and_then(|()| store.event(Event::Resumed { fleets }))
+            .map_err(|error| failed(std::io::Error::other(error)))?;
+        Ok(store)
+    }
+
+    /// Opens the files of records in `directory`.
+    fn open(directory: &Path) -> std::io::Result<Self> {
+        let open = |name: &str| append(&directory.join(name));
+        Ok(Self {
             began: clock::now(),
+            passed_ns: 0,
+            done: BTreeSet::new(),
+            outcome: Outcome::Success,
+            _lock: lock(directory).ok(),
             trials: open(TRIALS_FILE)?,
             timings: open(TIMINGS_FILE)?,
             loads: open(LOADS_FILE)?,
             capacities: open(CAPACITIES_FILE)?,
             events: open(EVENTS_FILE)?,
             measurements: open(MEASUREMENTS_FILE)?,
-            directory: directory.clone(),
-        };
-        store.measurements.write_all(&measurements::header_line()).map_err(unwritable)?;
-        if let Place::Below(root) = place {
-            point_latest_at(root, &directory).map_err(unwritable)?;
-        }
-        Ok(store)
+            directory: directory.to_owned(),
+        })
+    }
+
+    /// Whether the fleet of `size` crafts in `block` is complete since before the run was cut off.
+    #[must_use]
+    pub fn has_fleet(&self, size: u32, block: u32) -> bool {
+        self.done.contains(&(size, block))
+    }
+
+    /// The worst of what complete fleets ended with before the run was cut off.
+    #[must_use]
+    pub const fn outcome_so_far(&self) -> Outcome {
+        self.outcome
     }
 
     /// The run's directory.
@@ -255,7 +304,7 @@ impl Store {
     }
 
     fn elapsed_ns(&self) -> u64 {
-        clock::now().since(self.began)
+        self.passed_ns + clock::now().since(self.began)
     }
 
     /// Writes a whole file under another name and moves it into place.
@@ -281,63 +330,6 @@ fn bounded(record: &TrialRecord) -> Cow<'_, TrialRecord> {
     small.deterministic.crafts.truncate(CRAFTS_RECORDED_MAX);
     small.timing.processes.clear();
     Cow::Owned(small)
-}
-
-fn make_directory(place: Place<'_>, provenance: &Provenance) -> Result<PathBuf, StoreError> {
-    match place {
-        Place::Exactly(path) => {
-            let unwritable = |source| StoreError::Unwritable { path: path.to_owned(), source };
-            std::fs::create_dir_all(path).map_err(unwritable)?;
-            if std::fs::read_dir(path).map_err(unwritable)?.next().is_some() {
-                return Err(StoreError::NotEmpty { path: path.to_owned() });
-            }
-            Ok(path.to_owned())
-        }
-        Place::Below(root) => {
-            let parent = root.join(directory_name(&provenance.scenario));
-            let unwritable =
-                |path: &Path, source| StoreError::Unwritable { path: path.to_owned(), source };
-            std::fs::create_dir_all(&parent).map_err(|source| unwritable(&parent, source))?;
-            let name = format!("{}-{}", provenance.stamp(), provenance.seed);
-            (1..=SAME_SECOND_MAX)
-                .find_map(|copy| {
-                    let suffix = if copy == 1 { String::new() } else { format!("-{copy}") };
-                    let path = parent.join(format!("{name}{suffix}"));
-                    match std::fs::create_dir(&path) {
-                        Ok(()) => Some(Ok(path)),
-                        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => None,
-                        Err(error) => Some(Err(unwritable(&path, error))),
-                    }
-                })
-                .unwrap_or(Err(StoreError::NotEmpty { path: parent.join(name) }))
-        }
-    }
-}
-
-/// A scenario's name as one component of a path.
-fn directory_name(scenario: &str) -> String {
-    let name: String = scenario
-        .chars()
-        .map(|sign| if sign.is_ascii_alphanumeric() || "-_.".contains(sign) { sign } else { '-' })
-        .collect();
-    let name = name.trim_matches('.');
-    if name.is_empty() || name == LATEST_LINK {
-        format!("scenario-{name}")
-    } else {
-        name.to_owned()
-    }
-}
-
-/// Makes `root/latest` a relative link to `directory`, in one step for whoever looks.
-fn point_latest_at(root: &Path, directory: &Path) -> std::io::Result<()> {
-    let target = directory.strip_prefix(root).unwrap_or(directory);
-    let temporary = root.join(format!(".{LATEST_LINK}-{}", std::process::id()));
-    match std::fs::remove_file(&temporary) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
-        _ => {}
-    }
-    std::os::unix::fs::symlink(target, &temporary)?;
-    std::fs::rename(&temporary, root.join(LATEST_LINK))
 }
 
 fn append(path: &Path) -> std::io::Result<File> {

@@ -212,9 +212,11 @@ fn is_incident(event: &Event) -> bool {
         Event::CraftLost { .. }
         | Event::Discrepancy { .. }
         | Event::Note { .. }
+        | Event::Resumed { .. }
         | Event::Interrupted { .. } => true,
         Event::FleetStarted { .. }
         | Event::FleetReady { .. }
+        | Event::FleetDone { .. }
         | Event::HostChecked { .. }
         | Event::EpochDone { .. }
         | Event::Ended { .. } => false,

@@ -76,16 +76,16 @@ impl<'a> Runner<'a> {
         let limit_ns = plan.time_limit_s.map(|seconds| u64::from(seconds) * 1_000_000_000);
         Self {
             plan,
-            store,
             progress,
             run_ends: limit_ns.map(|limit_ns| clock::now().plus(limit_ns)),
-            outcome: Outcome::Success,
+            outcome: store.outcome_so_far(),
+            store,
             done: 0,
             epoch: 0,
         }
     }
 
-    /// Runs everything that is planned; returns how the run ends. Crafts are started with
+    /// Runs everything that is planned and not done yet; returns how the run ends. Crafts are started with
     /// `launcher`, from this thread.
     ///
     /// # Errors
@@ -97,7 +97,11 @@ impl<'a> Runner<'a> {
     ) -> Result<Outcome, StoreError> {
         for (index, fleet) in self.plan.fleets.iter().enumerate() {
             self.epoch = 0;
-            let block = self.plan.block_of(index);
+            let (block, size) = (self.plan.block_of(index), fleet.scenario.craft_count());
+            if self.store.has_fleet(size, block) {
+                self.done += self.plan.epochs_of(index);
+                continue;
+            }
             let ended = if self.plan.is_simulated {
                 self.simulate(block, fleet, signals)?
             } else {
@@ -107,6 +111,8 @@ impl<'a> Runner<'a> {
                 self.outcome = self.outcome.worse(outcome);
                 break;
             }
+            let code = self.outcome.code();
+            self.store.event(Event::FleetDone { block, size, code })?;
         }
         Ok(self.outcome)
     }

@@ -88,12 +88,16 @@ impl RunPlan {
     /// Epochs that will be played, warm-up not counted.
     #[must_use]
     pub fn epochs(&self) -> u64 {
+        (0..self.fleets.len()).map(|index| self.epochs_of(index)).sum()
+    }
+
+    /// Of these, those of the fleet `index`.
+    #[must_use]
+    pub fn epochs_of(&self, index: usize) -> u64 {
         let timed = self.timing.map_or(0, |timing| u64::from(timing.epochs));
-        let of_fleet = |(index, fleet): (usize, &FleetPlan)| {
-            let trials = u64::from(self.trials_of(self.block_of(index)));
-            fleet.strategies.len() as u64 * trials + fleet.order.len() as u64 * timed
-        };
-        self.fleets.iter().enumerate().map(of_fleet).sum()
+        let fleet = &self.fleets[index];
+        let trials = u64::from(self.trials_of(self.block_of(index)));
+        fleet.strategies.len() as u64 * trials + fleet.order.len() as u64 * timed
     }
 
     /// Trials of each strategy in `block`: counts are decided by the seed, so once is enough.

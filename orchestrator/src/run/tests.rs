@@ -116,6 +116,7 @@ fn judge(misdeed: Misdeed) -> (Outcome, Vec<String>, String) {
         processes_max: 2,
         cores_used: 1,
         wake: WakeMode::Adaptive,
+        plan: std::collections::BTreeMap::new(),
     });
     let place = Place::Below(folder.path());
     let mut store = Store::create(place, &provenance, "").expect("writable");

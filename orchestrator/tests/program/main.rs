@@ -12,6 +12,7 @@ mod endings;
 mod fleet;
 mod invocation;
 mod kills;
+mod resume;
 #[path = "../support/mod.rs"]
 mod shared;
 mod terminal;
