@@ -89,6 +89,19 @@ pub const BANDWIDTH_BITS_PER_S_MAX: f64 = 1e15;
 /// Requests that one craft of the `pipelined` central strategy may have in flight.
 pub const PIPELINE_DEPTH: usize = 32;
 
+/// Most slices of an interval of open mode that are kept apart; what comes after the last is in it.
+pub const SLICES_MAX: u64 = 256;
+
+/// Records of one due time that a craft of open mode plays before it looks at its inboxes again.
+pub const DUE_TIMES_PER_STEP_MAX: usize = 16;
+
+/// How long after the end of an interval a craft still makes what was due before it, ns. It covers a
+/// craft that was not scheduled at the end; one with a longer queue of work is saturated.
+pub const LATE_PLAY_NS: u64 = 20_000_000;
+
+/// Bytes of a trial report that travel in one sample; longer reports travel in several.
+pub const REPORT_PART_BYTES: usize = 48 * 1024;
+
 /// Times that an idle process yields before it sleeps on its bell (adaptive wake-up).
 pub const YIELDS_BEFORE_SLEEP: u32 = 20;
 
@@ -135,4 +148,5 @@ const _: () = assert!(REAL_CRAFTS_MAX < SIMULATED_CRAFTS_TESTED);
 const _: () = assert!((REAL_CRAFTS_MAX as usize) < CRAFTS_RECORDED_MAX);
 const _: () = assert!(SIMULATED_CRAFTS_TESTED <= SIMULATED_CRAFTS_MAX);
 const _: () = assert!(PIPELINE_DEPTH < INBOX_SAMPLES);
+const _: () = assert!(REPORT_PART_BYTES <= INBOX_PAYLOAD_BYTES);
 const _: () = assert!(PUBLISHED_TURNS_MAX <= TURNS_MAX);

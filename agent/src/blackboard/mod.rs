@@ -75,6 +75,12 @@ impl Blackboard {
         self.states[fact.index()]
     }
 
+    /// Value and version of every fact that was written or delivered, by fact.
+    pub fn written(&self) -> impl Iterator<Item = (FactId, FactState)> + use<'_> {
+        let states = (0..).map(FactId).zip(self.states.iter().copied());
+        states.filter(|(_, state)| state.version.count > 0)
+    }
+
     /// How many rules and actions could fire now.
     #[inline]
     #[must_use]

@@ -1,9 +1,9 @@
 //! Publishes what a step planned: every record is written once, into the memory that is sent.
 
-use super::{Counting, Outbox, Outgoing};
+use super::{Counting, Craft, Outbox, Outgoing};
 use shared_types::time::Nanos;
 use shared_types::transport::{Endpoint, SendError};
-use shared_types::wire::{Class, write_deltas};
+use shared_types::wire::{Class, Stage, write_deltas};
 
 /// Sends the planned samples in order and counts them; reports are left to the shell. Samples that
 /// the transport refuses for good are counted by the transport and do not stop the others.
@@ -16,12 +16,55 @@ pub fn dispatch(
     out: &mut Outbox,
     counting: &mut Counting,
 ) -> Result<(), SendError> {
+    send_all(endpoint, out, counting, &mut |_| now)
+}
+
+/// The same in open mode, where `clock` stamps every sample as it is sent and the craft counts how long
+/// after its changes that was.
+///
+/// # Errors
+/// As [`dispatch`].
+pub fn dispatch_stamped(
+    endpoint: &mut impl Endpoint,
+    clock: &mut impl FnMut() -> Nanos,
+    out: &mut Outbox,
+    craft: &mut Craft,
+) -> Result<(), SendError> {
+    let made = out.made.take();
+    if out.samples.is_empty() {
+        return Ok(());
+    }
+    let (counting, measured) = craft.counting_and_measured();
+    if !measured.is_staged() {
+        let now = clock();
+        return send_all(endpoint, out, counting, &mut |_| now);
+    }
+    send_all(endpoint, out, counting, &mut |sample| {
+        let now = clock();
+        if sample.header.class == Class::Replication as u8 {
+            measured.stage(Stage::RecordsPerSample, u64::from(sample.header.record_count));
+        }
+        if let Some(made) = made {
+            measured.stage(Stage::Publish, now.since(made));
+        }
+        now
+    })
+}
+
+/// Sends every sample with the time that `stamp` gives it.
+fn send_all(
+    endpoint: &mut impl Endpoint,
+    out: &mut Outbox,
+    counting: &mut Counting,
+    stamp: &mut impl FnMut(&Outgoing) -> Nanos,
+) -> Result<(), SendError> {
     let stride = counting.record_bytes;
-    for Outgoing { to, header, changes } in out.samples.drain(..) {
+    for sample in out.samples.drain(..) {
+        let published = stamp(&sample);
+        let Outgoing { to, mut header, changes } = sample;
         let changes = &out.changes[changes];
         let length = changes.len() * stride;
-        let mut header = header;
-        header.published_ns = now.0;
+        header.published_ns = published.0;
         match endpoint.send(to, header, length, &mut |slot| write_deltas(changes, stride, slot)) {
             Ok(()) => {
                 let class = header.class().unwrap_or(Class::Replication);

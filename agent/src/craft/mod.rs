@@ -9,12 +9,13 @@ mod autonomous;
 pub mod dispatch;
 mod open;
 mod outbox;
+mod playing;
+mod schedule;
 
 pub(crate) use outbox::header;
 pub use outbox::{Counting, Held, Outbox, Outgoing};
 
-use crate::blackboard::Blackboard;
-use crate::metrics::Stages;
+use crate::metrics::Measured;
 use crate::replication::central::Client;
 use crate::replication::centre::Centre;
 use autonomous::Autonomous;
@@ -22,7 +23,6 @@ use open::Open;
 use shared_types::ids::{CraftId, Firing};
 use shared_types::knowledge::{Change, FleetView};
 use shared_types::time::Nanos;
-use shared_types::trace::TraceRecord;
 use shared_types::transport::Peers;
 use shared_types::wire::{
     Class, DeltaReader, EpochSpec, Header, Kind, Refusal, TrialReport, TurnCommand, TurnPhase,
@@ -51,10 +51,15 @@ pub struct Craft {
     epoch: u32,
     role: Role,
     counting: Counting,
+    /// Copies of one sample that reach others, in this epoch: all others for a multicast.
+    copies: u64,
     /// Records of the sample at hand.
     received: Vec<Change>,
     /// When what is received now arrived; open mode only.
     arrived: Nanos,
+    measured: Measured,
+    /// Processes that run on the same core only.
+    beside: Vec<CraftId>,
 }
 
 impl Craft {
@@ -66,16 +71,31 @@ impl Craft {
             epoch: u32::MAX,
             role: Role::Absent,
             counting: Counting::default(),
+            copies: 1,
             received: Vec::new(),
             arrived: Nanos(0),
+            measured: Measured::default(),
+            beside: Vec::new(),
         }
     }
 
-    /// Starts an epoch: boards as before the first turn, counters at zero.
+    /// The same with the processes `beside` on its core, so that wake-ups are told apart.
+    #[must_use]
+    pub fn with_neighbours(self, beside: Vec<CraftId>) -> Self {
+        Self { beside, ..self }
+    }
+
+    /// Starts an epoch: boards as before the first turn, counters at zero. In open mode nothing is
+    /// played before [`Self::go`].
     pub fn begin_epoch(&mut self, spec: &EpochSpec, fleet: &FleetView<'_>) {
         self.epoch = spec.epoch;
         self.counting.begin_epoch(spec, fleet.boards.len() + 1);
+        let others = u64::from(fleet.craft_count()).saturating_sub(1);
+        self.copies = if spec.strategy.multicasts() { others } else { 1 };
         let is_centre = self.craft.0 == fleet.craft_count();
+        if let Some(open) = &spec.open {
+            return self.begin_open_epoch(spec, open, fleet);
+        }
         match (&mut self.role, spec.strategy.has_centre(), is_centre) {
             (Role::Centre(centre), true, true) => centre.begin_epoch(spec, fleet),
             (Role::Client(client), true, false) => client.begin_epoch(self.craft, spec, fleet),
@@ -99,83 +119,17 @@ impl Craft {
         }
     }
 
-    /// Starts an epoch of open mode, whose trace begins at `started`.
-    ///
-    /// # Panics
-    /// If the strategy is a central one: those play no traces.
-    pub fn begin_open_epoch(&mut self, started: Nanos, spec: &EpochSpec, fleet: &FleetView<'_>) {
-        assert!(!spec.strategy.has_centre(), "invariant: the caller refuses central strategies");
-        self.epoch = spec.epoch;
-        self.counting.begin_epoch(spec, fleet.boards.len() + 1);
-        if !matches!(self.role, Role::Open(_)) {
-            self.role = Role::Open(Box::new(Open::new()));
-        }
-        if let Role::Open(craft) = &mut self.role {
-            craft.begin_epoch(self.craft, started, spec, fleet);
-        }
-    }
-
-    /// When the next record of this craft's `trace` is due.
-    #[must_use]
-    pub fn next_due(&self, trace: &[TraceRecord]) -> Option<Nanos> {
-        self.open().and_then(|craft| craft.next_due(trace))
-    }
-
-    /// Makes everything of this craft's `trace` that is due at `now`.
-    pub fn play_due(
-        &mut self,
-        now: Nanos,
-        trace: &[TraceRecord],
-        fleet: &FleetView<'_>,
-        out: &mut Outbox,
-    ) {
-        if let Role::Open(craft) = &mut self.role {
-            craft.play(now, trace, fleet, &mut self.counting, out);
-        }
-    }
-
-    /// What is received from now on arrived at `now`.
-    pub const fn arrive(&mut self, now: Nanos) {
-        self.arrived = now;
-    }
-
-    /// What was applied since the last call is known at `now`.
-    pub fn stamp_applied(&mut self, now: Nanos) {
-        if let Role::Open(craft) = &mut self.role {
-            craft.stamp_applied(now);
-        }
-    }
-
-    /// What the craft measured in the epoch; `None` outside of open mode.
-    #[must_use]
-    pub fn stages(&self) -> Option<&Stages> {
-        self.open().map(Open::stages)
-    }
-
-    /// Reads made in the epoch.
-    #[must_use]
-    pub fn reads(&self) -> u64 {
-        self.open().map_or(0, Open::reads)
-    }
-
-    /// The board; `None` outside of open mode.
-    #[must_use]
-    pub fn open_board(&self) -> Option<&Blackboard> {
-        self.open().map(Open::board)
-    }
-
-    fn open(&self) -> Option<&Open> {
-        match &self.role {
-            Role::Open(craft) => Some(craft),
-            _ => None,
-        }
-    }
-
     /// Replaces the strategy of an autonomous craft: tests plant mutants this way.
     pub fn plant(&mut self, strategy: Box<dyn crate::replication::Strategy>) {
         if let Role::Autonomous(craft) = &mut self.role {
             craft.plant(strategy);
         }
+    }
+
+    /// Which process this is.
+    #[must_use]
+    pub const fn id(&self) -> CraftId {
+        self.craft
     }
 
     /// Whether the process has a part in the epoch.
@@ -290,6 +244,7 @@ impl Craft {
         let mut report = TrialReport {
             craft: self.craft.0,
             counters: self.counting.counters.clone(),
+            open: self.report_open(),
             ..TrialReport::default()
         };
         match &self.role {
@@ -333,7 +288,8 @@ impl Craft {
                 craft.receive_delta(header, changes, fleet, counting, out)
             }
             (Role::Open(craft), Kind::Delta) => {
-                craft.receive_delta(self.arrived, header, changes, fleet, counting, out)
+                let books = (counting, &mut self.measured);
+                craft.receive_delta(self.arrived, header, changes, fleet, books, out)
             }
             (Role::Client(client), Kind::Reply) => {
                 counting.counters.hops += u64::from(header.hop_count);

@@ -7,9 +7,10 @@
 //! need a conversation of their own.
 
 use super::outbox::{Counting, Outbox};
+use super::schedule::{Schedule, Seen};
 use crate::blackboard::Blackboard;
 use crate::blackboard::replica::ReplicaStore;
-use crate::metrics::{Stages, note};
+use crate::metrics::{Measured, Way};
 use crate::replication::{Context, Plans, Recipient, Strategy, strategy};
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{Assignment, Change, FactState, FleetView, Literal};
@@ -17,7 +18,7 @@ use shared_types::limits::INBOX_PAYLOAD_BYTES;
 use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::{Destination, Peers};
-use shared_types::wire::{Class, EpochSpec, Header, Kind, Refusal, StrategyKind};
+use shared_types::wire::{Class, EpochSpec, Header, Kind, OpenSpec, Refusal, Stage, StrategyKind};
 
 /// Changes of one due time on their way to one hop.
 #[derive(Debug, Default)]
@@ -28,9 +29,9 @@ struct Lane {
 /// Changes that were applied and await the stamp of their batch.
 #[derive(Clone, Copy, Debug)]
 struct Applied {
-    intended_ns: u64,
-    received_ns: u64,
-    changes: u64,
+    intended: Nanos,
+    way: Way,
+    changes: u32,
 }
 
 /// The state of a craft that replays a trace.
@@ -44,18 +45,15 @@ pub(super) struct Open {
     board: Blackboard,
     replicas: ReplicaStore,
     keeps_replicas: bool,
-    started: Nanos,
-    /// Records of the trace that are done.
-    done: usize,
+    schedule: Schedule,
+    seen: Seen,
     firing_number: u32,
-    reads: u64,
     plans: Plans,
     /// Per craft, and for everybody last.
     lanes: Vec<Lane>,
     /// Lanes in use, in the order in which they came into use.
     used: Vec<usize>,
     applied: Vec<Applied>,
-    stages: Stages,
 }
 
 impl Open {
@@ -70,24 +68,22 @@ impl Open {
             board: Blackboard::default(),
             replicas: ReplicaStore::default(),
             keeps_replicas: false,
-            started: Nanos(0),
-            done: 0,
+            schedule: Schedule::default(),
+            seen: Seen::default(),
             firing_number: 0,
-            reads: 0,
             plans: Plans::default(),
             lanes: Vec::new(),
             used: Vec::new(),
             applied: Vec::new(),
-            stages: Stages::default(),
         }
     }
 
-    /// Starts an epoch whose trace begins at `started`.
+    /// Starts an epoch of `open`, whose trace begins when [`Self::start`] says so.
     pub(super) fn begin_epoch(
         &mut self,
         craft: CraftId,
-        started: Nanos,
         spec: &EpochSpec,
+        open: &OpenSpec,
         fleet: &FleetView<'_>,
     ) {
         self.craft = craft;
@@ -100,11 +96,19 @@ impl Open {
         if self.keeps_replicas {
             self.replicas.reset(fleet);
         }
-        self.started = started;
-        (self.done, self.firing_number, self.reads) = (0, 0, 0);
+        self.schedule = Schedule::of(open);
+        self.seen.reset(fleet.board(craft).fact_count);
+        self.firing_number = 0;
         self.lanes.resize_with(fleet.boards.len() + 1, Lane::default);
         self.applied.clear();
-        self.stages.reset();
+    }
+
+    pub(super) const fn schedule(&self) -> &Schedule {
+        &self.schedule
+    }
+
+    pub(super) const fn schedule_mut(&mut self) -> &mut Schedule {
+        &mut self.schedule
     }
 
     pub(super) fn peers(&self, fleet: &FleetView<'_>) -> Peers {
@@ -119,52 +123,41 @@ impl Open {
         if self.keeps_replicas { self.replicas.digest() } else { 0 }
     }
 
-    pub(super) const fn stages(&self) -> &Stages {
-        &self.stages
-    }
-
-    pub(super) const fn reads(&self) -> u64 {
-        self.reads
-    }
-
-    /// When the next record of `trace` is due.
-    pub(super) fn next_due(&self, trace: &[TraceRecord]) -> Option<Nanos> {
-        trace.get(self.done).map(|record| self.started.plus(record.at_ns))
-    }
-
-    /// Makes every write that is due at `now`, and counts every read.
+    /// Makes the writes and reads of the next due time, if it has come; says whether it had.
     pub(super) fn play(
         &mut self,
         now: Nanos,
         trace: &[TraceRecord],
         fleet: &FleetView<'_>,
-        counting: &mut Counting,
+        (counting, measured): (&mut Counting, &mut Measured),
         out: &mut Outbox,
-    ) {
-        let rest = &trace[self.done..];
-        let due = rest.partition_point(|record| self.started.plus(record.at_ns) <= now);
-        for together in rest[..due].chunk_by(|left, right| left.at_ns == right.at_ns) {
-            let intended = self.started.plus(together[0].at_ns);
-            let mut header = Header::new(Class::Replication, Kind::Delta);
-            header.origin = self.craft.0;
-            header.epoch = self.epoch;
-            header.firing_number = self.firing_number;
-            header.intended_ns = intended.0;
-            for record in together {
-                match record.holds() {
-                    None => self.reads += 1,
-                    Some(holds) => {
-                        note(&mut self.stages.schedule, now.since(intended), 1);
-                        let fact = record.fact();
-                        let literal =
-                            if holds { Literal::holds(fact) } else { Literal::is_absent(fact) };
-                        self.write(literal, fleet, counting);
-                    }
+    ) -> bool {
+        let Some((at_ns, together)) = self.schedule.take_due(now, trace) else { return false };
+        let intended = self.schedule.started().plus(at_ns);
+        let mut header = Header::new(Class::Replication, Kind::Delta);
+        header.origin = self.craft.0;
+        header.epoch = self.epoch;
+        header.firing_number = self.firing_number;
+        header.intended_ns = intended.0;
+        for record in together {
+            let fact = record.fact();
+            match record.holds() {
+                None => {
+                    let made_ns = now.since(self.schedule.started());
+                    measured.read(made_ns, self.seen.newest_ns(fact));
+                }
+                Some(holds) => {
+                    measured.stage(Stage::Schedule, now.since(intended));
+                    self.seen.note(fact, at_ns);
+                    let literal =
+                        if holds { Literal::holds(fact) } else { Literal::is_absent(fact) };
+                    self.write(literal, fleet, counting);
                 }
             }
-            self.send_lanes(&header, counting, out);
         }
-        self.done += due;
+        out.made = Some(now);
+        self.send_lanes(&header, counting, out);
+        true
     }
 
     /// Passes a delta on where the strategy says so, and applies what concerns this board.
@@ -174,7 +167,7 @@ impl Open {
         header: &Header,
         changes: &[Change],
         fleet: &FleetView<'_>,
-        counting: &mut Counting,
+        (counting, measured): (&mut Counting, &mut Measured),
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
         let origin = CraftId(header.origin);
@@ -183,23 +176,26 @@ impl Open {
         }
         // How long the sample was under way, earlier hops included.
         let hop_ns = received.since(Nanos(header.published_ns));
-        let way_ns = u32::try_from(hop_ns).unwrap_or(u32::MAX).saturating_add(header.argument);
+        let wake_ns = u32::try_from(hop_ns).unwrap_or(u32::MAX).saturating_add(header.argument);
         let context = Context { craft: self.craft, fleet };
         self.plans.clear();
         let source = CraftId(header.source);
         self.strategy.plan_relay(&context, origin, source, changes, &mut self.plans);
         self.fill_lanes();
         let onward =
-            Header { hop_count: header.hop_count.saturating_add(1), argument: way_ns, ..*header };
+            Header { hop_count: header.hop_count.saturating_add(1), argument: wake_ns, ..*header };
         self.send_lanes(&onward, counting, out);
 
         let (board, origin_board) = (fleet.board(self.craft), fleet.board(origin));
+        let intended = Nanos(header.intended_ns);
+        let intended_ns = intended.since(self.schedule.started());
         let mut applied = 0;
         for change in changes {
             let &Change { fact, value, version, .. } = change;
             if let Some(own) = origin_board.target_on(fact, self.craft) {
                 let merged = self.board.merge(board, own, value, version);
                 counting.counters.conflicts += u64::from(merged.conflict);
+                self.seen.note(own, intended_ns);
                 applied += 1;
             }
             if self.keeps_replicas {
@@ -210,18 +206,18 @@ impl Open {
             counting.counters.hops += u64::from(header.hop_count);
         }
         if applied > 0 {
-            note(&mut self.stages.wake, u64::from(way_ns), 1);
-            let (intended_ns, received_ns) = (header.intended_ns, received.0);
-            self.applied.push(Applied { intended_ns, received_ns, changes: applied });
+            let way = Way { received, wake_ns: u64::from(wake_ns) };
+            measured.woken(header.source, header.hop_count, way.wake_ns);
+            measured.applied(origin, applied);
+            self.applied.push(Applied { intended, way, changes: applied });
         }
         Ok(())
     }
 
     /// Stamps what was applied since the last call as known at `now`.
-    pub(super) fn stamp_applied(&mut self, now: Nanos) {
-        for Applied { intended_ns, received_ns, changes } in self.applied.drain(..) {
-            note(&mut self.stages.apply, now.since(Nanos(received_ns)), changes);
-            note(&mut self.stages.knowledge, now.since(Nanos(intended_ns)), changes);
+    pub(super) fn stamp_applied(&mut self, now: Nanos, measured: &mut Measured) {
+        for Applied { intended, way, changes } in self.applied.drain(..) {
+            measured.known(now, intended, way, changes);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use shared_types::ids::{CraftId, FactId, Turn};
 use shared_types::knowledge::{BoardView, Change};
+use shared_types::time::Nanos;
 use shared_types::transport::Destination;
 use shared_types::wire::{
     Class, Counters, EpochSpec, HEADER_BYTES, Header, Kind, Refusal, TurnReport,
@@ -56,6 +57,8 @@ pub struct Outbox {
     pub samples: Vec<Outgoing>,
     /// The changes that the samples carry.
     pub changes: Vec<Change>,
+    /// When the changes of these samples were made, in open mode; `None` for what is passed on.
+    pub made: Option<Nanos>,
     /// Lines of the turn's ledger for the orchestrator, to be sent after the samples.
     pub reports: Vec<TurnReport>,
     /// Whether the process has done its part of the epoch and owes its trial report.
@@ -67,6 +70,7 @@ impl Outbox {
     pub fn clear(&mut self) {
         self.samples.clear();
         self.changes.clear();
+        self.made = None;
         self.reports.clear();
         self.is_finished = false;
     }

@@ -1,7 +1,8 @@
 //! A craft's process from its first act to its last.
 
-use super::session::{Rest, Session, SessionError, Surroundings};
+use super::session::{Rest, Session, SessionError, Surroundings, Usage};
 use super::startup::{self, AgentArguments, Ending, StartupError};
+use crate::craft::Craft;
 use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
 use shared_types::transport::iceoryx::{EndpointOptions, IceoryxEndpoint, IdleWait, OpenError};
@@ -54,7 +55,8 @@ pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
         idle: IdleWait::new(arguments.wake),
         page_bytes: rustix::param::page_size() as u64,
     };
-    let ended = Session::new(arguments.craft, endpoint, surroundings).run();
+    let craft = Craft::new(arguments.craft).with_neighbours(arguments.beside.clone());
+    let ended = Session::new(craft, endpoint, surroundings).run();
     Ok(ended?)
 }
 
@@ -89,6 +91,28 @@ impl Surroundings<IceoryxEndpoint> for System<'_> {
         pages.unwrap_or(0) * self.page_bytes
     }
 
+    fn proportional_bytes(&self) -> u64 {
+        let rollup = std::fs::read_to_string("/proc/self/smaps_rollup").unwrap_or_default();
+        let line = rollup.lines().find_map(|line| line.strip_prefix("Pss:"));
+        let kilobytes = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse().ok());
+        kilobytes.unwrap_or(0) * 1024
+    }
+
+    fn usage(&self) -> Usage {
+        // The first thread does everything; the guard beside it only sleeps.
+        let schedule = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let sleeps = status.lines().find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+        Usage {
+            run_delay_ns: schedule
+                .split_whitespace()
+                .nth(1)
+                .and_then(|delay_ns| delay_ns.parse().ok())
+                .unwrap_or(0),
+            sleeps: sleeps.and_then(|sleeps| sleeps.trim().parse().ok()).unwrap_or(0),
+        }
+    }
+
     fn must_end(&self) -> bool {
         self.ending.is_requested()
     }
@@ -101,10 +125,10 @@ impl Surroundings<IceoryxEndpoint> for System<'_> {
         let others = [self.ending.as_fd()];
         match rest {
             Rest::Yield => rustix::thread::sched_yield(),
-            Rest::Wait { takes_part: true } => {
-                self.idle.wait(endpoint, None, &others)?;
+            Rest::Wait { takes_part: true, until } => {
+                self.idle.wait(endpoint, until, &others)?;
             }
-            Rest::Wait { takes_part: false } => {
+            Rest::Wait { takes_part: false, .. } => {
                 let is_unheard = self.wake == WakeMode::Poll;
                 let until = is_unheard.then(|| clock::now().plus(LOOK_UP_NS));
                 endpoint.wait(until, &others)?;

@@ -3,12 +3,17 @@
 //! One loop: read what has arrived, let the core step, publish what it planned, wait if nothing
 //! came. The networks of an epoch lie in shared memory and are checked once; the view on them is lent
 //! to every step. Generic over the endpoint, so that tests can drive it over the memory network.
-//! Not here: opening the endpoint and the process's first acts (`run`).
+//! Not here: the steps of open mode (`interval`), opening the endpoint and the process's first acts
+//! (`run`).
+
+mod interval;
 
 use crate::craft::dispatch::dispatch;
 use crate::craft::{Craft, Outbox};
-use shared_types::ids::{CraftId, Turn};
+use interval::Interval;
+use shared_types::ids::Turn;
 use shared_types::knowledge::{FleetView, NetworkError};
+use shared_types::limits::REPORT_PART_BYTES;
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Endpoint, SendError, WorldSample};
 use shared_types::wire::{
@@ -24,6 +29,10 @@ pub trait Surroundings<E> {
     fn cpu_ns(&self) -> u64;
     /// Resident memory of the process, bytes.
     fn resident_bytes(&self) -> u64;
+    /// Its share of the memory that it has in common with others, and all of its own, bytes.
+    fn proportional_bytes(&self) -> u64;
+    /// What the kernel did with the process so far.
+    fn usage(&self) -> Usage;
     /// Whether the process was told to end, or the orchestrator is gone.
     fn must_end(&self) -> bool;
     /// Something had arrived: the next wait begins with short ones again.
@@ -35,6 +44,15 @@ pub trait Surroundings<E> {
     fn rest(&mut self, endpoint: &mut E, rest: Rest) -> Result<(), SendError>;
 }
 
+/// What the kernel did with a process.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Usage {
+    /// Time that it was ready and did not run, ns.
+    pub run_delay_ns: u64,
+    /// Times that it slept.
+    pub sleeps: u64,
+}
+
 /// How a process lets others run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
@@ -44,6 +62,8 @@ pub enum Rest {
     Wait {
         /// Whether it has a part in the epoch.
         takes_part: bool,
+        /// When it must look up at the latest.
+        until: Option<Nanos>,
     },
 }
 
@@ -63,6 +83,8 @@ pub enum SessionError {
 enum Order {
     Begin(EpochSpec),
     Connect,
+    Go(Nanos),
+    Tally(u32),
     Report,
     Stop,
 }
@@ -87,20 +109,23 @@ pub struct Session<E, S> {
     epoch: u32,
     /// CPU time when the epoch's first turn opened.
     cpu_start_ns: u64,
+    /// The interval of an epoch of open mode.
+    interval: Option<Interval>,
     has_reported: bool,
 }
 
 impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
-    /// A session of process `craft`.
-    pub fn new(craft: CraftId, endpoint: E, surroundings: S) -> Self {
+    /// A session of the process whose core is `craft`.
+    pub fn new(craft: Craft, endpoint: E, surroundings: S) -> Self {
         Self {
             endpoint,
             surroundings,
-            craft: Craft::new(craft),
+            craft,
             out: Outbox::default(),
             orders: Vec::new(),
             epoch: u32::MAX,
             cpu_start_ns: 0,
+            interval: None,
             has_reported: true,
         }
     }
@@ -136,7 +161,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                 match order {
                     Order::Begin(spec) => return Ok(Some(spec)),
                     Order::Stop => return Ok(None),
-                    Order::Connect | Order::Report => {}
+                    Order::Connect | Order::Go(_) | Order::Tally(_) | Order::Report => {}
                 }
             }
             if self.surroundings.must_end() {
@@ -166,7 +191,10 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         let network = spec.network;
         self.begin(fleet, spec)?;
         loop {
-            let arrived = self.step(fleet)?;
+            let arrived = match &self.interval {
+                Some(_) => self.step_open(fleet)?,
+                None => self.step(fleet)?,
+            };
             let mut orders = std::mem::take(&mut self.orders);
             for order in orders.drain(..) {
                 match order {
@@ -176,6 +204,8 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                         self.endpoint.update_connections()?;
                         self.tell(Kind::Connected, &[])?;
                     }
+                    Order::Go(started) => self.go(started, fleet),
+                    Order::Tally(question) => self.answer_tally(question)?,
                     Order::Report => self.report()?,
                     Order::Stop => return Ok(Served::Stop),
                 }
@@ -195,6 +225,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         self.has_reported = false;
         self.out.clear();
         self.craft.begin_epoch(spec, fleet);
+        self.interval = spec.open.as_ref().map(Interval::of);
         self.endpoint.take_losses();
         self.endpoint.open_ports(&self.craft.peers(fleet))?;
         self.tell(Kind::EpochReady, &[])
@@ -257,20 +288,40 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         }
         self.has_reported = true;
         self.craft.counting_mut().counters.losses += self.endpoint.take_losses();
-        let report = TrialReport {
+        let mut report = TrialReport {
             cpu_ns: self.surroundings.cpu_ns().saturating_sub(self.cpu_start_ns),
             resident_bytes: self.surroundings.resident_bytes(),
             ..self.craft.report()
         };
+        self.add_interval(&mut report);
         let archive = rkyv::to_bytes::<rkyv::rancor::Error>(&report)
             .expect("invariant: memory takes every archive");
-        self.tell(Kind::TrialReport, &archive)
+        let parts = archive.chunks(REPORT_PART_BYTES);
+        let count = u32::try_from(parts.len()).expect("invariant: reports are bounded");
+        for (number, part) in (0..).zip(parts) {
+            let mut header = Header::new(Class::Telemetry, Kind::TrialReport);
+            (header.argument, header.firing_number) = (number, count);
+            self.tell_with(header, part)?;
+            self.await_outbox()?;
+        }
+        Ok(())
+    }
+
+    /// Waits until everything sent lies in an inbox: no part of a report may be lost behind another.
+    fn await_outbox(&mut self) -> Result<(), SessionError> {
+        while self.endpoint.flush()? > 0 && !self.surroundings.must_end() {
+            self.endpoint.ring();
+            self.surroundings.rest(&mut self.endpoint, Rest::Yield)?;
+        }
+        Ok(())
     }
 
     /// Tells the orchestrator something.
     fn tell(&mut self, kind: Kind, payload: &[u8]) -> Result<(), SessionError> {
-        let class = if kind == Kind::TrialReport { Class::Telemetry } else { Class::Control };
-        let mut header = Header::new(class, kind);
+        self.tell_with(Header::new(Class::Control, kind), payload)
+    }
+
+    fn tell_with(&mut self, mut header: Header, payload: &[u8]) -> Result<(), SessionError> {
         header.epoch = self.epoch;
         header.published_ns = self.surroundings.now().0;
         self.endpoint.send(Destination::Orchestrator, header, payload.len(), &mut |slot| {
@@ -288,7 +339,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             self.surroundings.stay_awake();
         }
         let takes_part = self.craft.takes_part();
-        let rest = if self.craft.holds_report() { Rest::Yield } else { Rest::Wait { takes_part } };
+        let until = self.interval.as_ref().and_then(Interval::next_look);
+        let rest =
+            if self.craft.holds_report() { Rest::Yield } else { Rest::Wait { takes_part, until } };
         Ok(self.surroundings.rest(&mut self.endpoint, rest)?)
     }
 }
@@ -306,6 +359,8 @@ fn order(header: &Header, payload: &[u8]) -> Option<Order> {
             (spec.epoch == header.epoch).then_some(Order::Begin(spec))
         }
         Kind::Connect => Some(Order::Connect),
+        Kind::Go => Some(Order::Go(Nanos(header.intended_ns))),
+        Kind::Tally => Some(Order::Tally(header.argument)),
         Kind::EpochEnd => Some(Order::Report),
         Kind::Stop => Some(Order::Stop),
         _ => None,

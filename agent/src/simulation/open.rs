@@ -5,12 +5,9 @@
 //! clock does not see, and the central strategies, which play no traces yet.
 
 use super::{Simulation, SimulationError};
-use crate::craft::Outbox;
-use crate::craft::dispatch::dispatch;
-use crate::metrics::Stages;
+use crate::craft::dispatch::dispatch_stamped;
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::{FactState, FleetView};
-use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::Endpoint;
 use shared_types::wire::{EpochSpec, TrialReport};
@@ -20,12 +17,8 @@ use std::collections::{BTreeSet, BinaryHeap};
 /// What a simulated trial of open mode yields.
 #[derive(Clone, Debug)]
 pub struct SimulatedOpen {
-    /// One report per craft.
+    /// One report per craft; times are of the virtual clock.
     pub reports: Vec<TrialReport>,
-    /// Per craft what it measured, on the virtual clock.
-    pub stages: Vec<Stages>,
-    /// Per craft the reads that it made.
-    pub reads: Vec<u64>,
     /// Virtual time that passed, ns.
     pub duration_ns: u64,
 }
@@ -37,7 +30,7 @@ impl Simulation {
     /// If the strategy is a central one, or the network refuses a sample.
     ///
     /// # Panics
-    /// If the trace is one of another fleet.
+    /// If the trace is one of another fleet, or `spec` is not one of open mode.
     pub fn play_open(
         &mut self,
         spec: &EpochSpec,
@@ -48,6 +41,7 @@ impl Simulation {
             return Err(SimulationError::NotOpen(spec.strategy));
         }
         let crafts = fleet.boards.len();
+        assert!(spec.open.is_some(), "invariant: the caller plays open mode");
         assert_eq!(trace.len(), crafts, "invariant: a trace has a part for each craft");
         self.network.reseed(spec.seed, spec.trial);
         let started = self.network.now();
@@ -55,7 +49,8 @@ impl Simulation {
         let mut waiting = BTreeSet::new();
         let pairs = self.crafts.iter_mut().zip(&mut self.endpoints);
         for (index, ((craft, endpoint), records)) in pairs.zip(trace).enumerate() {
-            craft.begin_open_epoch(started, spec, fleet);
+            craft.begin_epoch(spec, fleet);
+            craft.go(started, records);
             endpoint.open_ports(&craft.peers(fleet))?;
             endpoint.take_losses();
             due.extend(craft.next_due(records).map(|at| Reverse((at, index))));
@@ -86,7 +81,8 @@ impl Simulation {
             }
             waiting = still;
         }
-        Ok(self.open_result(crafts, started))
+        let duration_ns = self.network.now().since(started);
+        Ok(SimulatedOpen { reports: self.reports(crafts), duration_ns })
     }
 
     /// What a fact is on the board of `craft` after [`Self::play_open`].
@@ -119,22 +115,13 @@ impl Simulation {
         index: usize,
         waiting: &mut BTreeSet<usize>,
     ) -> Result<(), SimulationError> {
-        let (now, out): (Nanos, &mut Outbox) = (self.network.now(), &mut self.out);
-        dispatch(&mut self.endpoints[index], now, out, self.crafts[index].counting_mut())?;
+        let (network, craft) = (&self.network, &mut self.crafts[index]);
+        let mut clock = || network.now();
+        dispatch_stamped(&mut self.endpoints[index], &mut clock, &mut self.out, craft)?;
         if self.endpoints[index].flush()? > 0 {
             waiting.insert(index);
         }
         Ok(())
-    }
-
-    fn open_result(&mut self, crafts: usize, started: Nanos) -> SimulatedOpen {
-        let (mut stages, mut reads) = (Vec::new(), Vec::new());
-        for craft in &self.crafts[..crafts] {
-            stages.extend(craft.stages().cloned());
-            reads.push(craft.reads());
-        }
-        let duration_ns = self.network.now().since(started);
-        SimulatedOpen { reports: self.reports(crafts), stages, reads, duration_ns }
     }
 }
 

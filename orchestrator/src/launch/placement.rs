@@ -147,6 +147,16 @@ impl Placement {
         &self.processors[craft.index()]
     }
 
+    /// The other processes that run on the one processor of `craft`; none if it has several.
+    #[must_use]
+    pub fn beside(&self, craft: CraftId) -> Vec<CraftId> {
+        let own = self.of(craft);
+        let others = (0..).map(CraftId).zip(&self.processors);
+        let is_beside =
+            |other: CraftId, theirs: &[u32]| own.len() == 1 && other != craft && theirs == own;
+        others.filter(|(other, theirs)| is_beside(*other, theirs)).map(|(other, _)| other).collect()
+    }
+
     /// Processes per processor, rounded up: what every row of times states.
     #[must_use]
     pub fn processes_per_processor(&self) -> usize {
@@ -201,6 +211,21 @@ mod tests {
     fn unpinned_processes_may_run_on_all_that_is_allowed() {
         let placement = draw(Pinning::Unpinned, 3, 7);
         assert_eq!(placement.of(CraftId(2)), [0, 1, 2, 3, 4, 5, 6, 7]);
+    }
+
+    #[test]
+    fn processes_on_one_processor_are_beside_each_other() {
+        let placement = draw(Pinning::Balanced, 20, 7);
+        for craft in (0..20).map(CraftId) {
+            let beside = placement.beside(craft);
+            assert!(beside.len() == 1 || beside.len() == 2, "{beside:?}");
+            for &other in &beside {
+                assert_eq!(placement.of(other), placement.of(craft));
+                assert!(placement.beside(other).contains(&craft));
+            }
+            assert!(!beside.contains(&craft));
+        }
+        assert!(draw(Pinning::Unpinned, 3, 7).beside(CraftId(0)).is_empty());
     }
 
     #[test]

@@ -14,6 +14,8 @@ use crate::supervision::shutdown::{Graces, ShutdownReport, end_fleet};
 use crate::supervision::signals::Signals;
 use crate::supervision::watch::Watch;
 use agent::process::startup::AgentArguments;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 use shared_types::ids::{CraftId, Incarnation};
 use shared_types::time::Nanos;
 use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost, IdleWait, Wake};
@@ -58,7 +60,7 @@ impl FleetOptions {
 /// Fields are dropped in this order: first the processes, then ports and services, at last the
 /// run's files.
 #[derive(Debug)]
-pub(super) struct RealFleet<'a> {
+pub struct RealFleet<'a> {
     watch: Watch,
     pub(super) endpoint: IceoryxEndpoint,
     _host: IceoryxHost,
@@ -83,7 +85,7 @@ pub(super) type Visit<'a> = dyn FnMut(CraftId, Kind, &Header, &[u8]) + 'a;
 
 /// How a fleet ended.
 #[derive(Debug)]
-pub(super) struct FleetEnd {
+pub struct FleetEnd {
     /// Who ended how.
     pub report: ShutdownReport,
     /// What could not be done: a process that could not be ended, files that could not be removed.
@@ -95,7 +97,7 @@ impl<'a> RealFleet<'a> {
     ///
     /// # Errors
     /// If services cannot be created, or a process cannot be started or ends; nothing is left.
-    pub(super) fn launch(
+    pub fn launch(
         options: FleetOptions,
         launcher: &Launcher,
         signals: &'a mut Signals,
@@ -138,7 +140,8 @@ impl<'a> RealFleet<'a> {
     }
 
     /// The living processes, by their numbers in the system.
-    pub(super) fn process_ids(&self) -> Vec<u32> {
+    #[must_use]
+    pub fn process_ids(&self) -> Vec<u32> {
         self.watch.living().map(CraftProcess::pid).collect()
     }
 
@@ -161,7 +164,7 @@ impl<'a> RealFleet<'a> {
     /// Ends every process and removes everything that the run left. Processes may end by themselves
     /// unless the user asks a second time.
     #[must_use]
-    pub(super) fn end(mut self) -> FleetEnd {
+    pub fn end(mut self) -> FleetEnd {
         // Who does not hear it is ended by signals.
         let _unheard = self.send(Destination::Turn, Kind::Stop, u32::MAX, &[]);
         if self.options.has_centre {
@@ -188,11 +191,22 @@ impl<'a> RealFleet<'a> {
         kind: Kind,
         payload: &[u8],
     ) -> Result<(), PlayError> {
+        self.tell_with(spec, Header::new(Class::Control, kind), payload)
+    }
+
+    /// The same with a header of the caller's.
+    pub(super) fn tell_with(
+        &mut self,
+        spec: &EpochSpec,
+        mut header: Header,
+        payload: &[u8],
+    ) -> Result<(), PlayError> {
+        header.epoch = spec.epoch;
         if spec.strategy.has_centre() {
             let centre = Destination::Craft(CraftId(self.options.crafts));
-            self.send(centre, kind, spec.epoch, payload)?;
+            self.send_with(centre, header, payload)?;
         }
-        self.send(Destination::Turn, kind, spec.epoch, payload)
+        self.send_with(Destination::Turn, header, payload)
     }
 
     pub(super) fn send(
@@ -204,6 +218,15 @@ impl<'a> RealFleet<'a> {
     ) -> Result<(), PlayError> {
         let mut header = Header::new(Class::Control, kind);
         header.epoch = epoch;
+        self.send_with(to, header, payload)
+    }
+
+    fn send_with(
+        &mut self,
+        to: Destination,
+        mut header: Header,
+        payload: &[u8],
+    ) -> Result<(), PlayError> {
         header.published_ns = clock::now().0;
         self.control.transmissions += 1;
         self.control.bytes_sent += (HEADER_BYTES + payload.len()) as u64;
@@ -219,13 +242,24 @@ impl<'a> RealFleet<'a> {
         epoch: Option<u32>,
         expected: u32,
     ) -> Result<(), PlayError> {
+        self.await_each(kind, expected, &mut |_, header, _| {
+            epoch.is_none_or(|epoch| epoch == header.epoch)
+        })
+    }
+
+    /// Waits until `take` has accepted a message of `kind` from each of `expected` processes.
+    pub(super) fn await_each(
+        &mut self,
+        kind: Kind,
+        expected: u32,
+        take: &mut dyn FnMut(CraftId, &Header, &[u8]) -> bool,
+    ) -> Result<(), PlayError> {
         self.be_patient(ANSWER_LIMIT_NS, clock::now());
         let mut has_answered = vec![false; expected as usize];
         let mut missing = expected;
         while missing > 0 {
-            self.pump(&mut |source, arrived, header, _| {
-                let is_meant = arrived == kind && epoch.is_none_or(|epoch| epoch == header.epoch);
-                if is_meant && source.0 < expected {
+            self.pump(&mut |source, arrived, header, payload| {
+                if arrived == kind && source.0 < expected && take(source, header, payload) {
                     let answered = &mut has_answered[source.index()];
                     missing -= u32::from(!std::mem::replace(answered, true));
                 }
@@ -240,6 +274,33 @@ impl<'a> RealFleet<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Sleeps until `until`, or until a process ends, a signal comes or the run's time is up: crafts
+    /// do not wake it. Returns how often it woke.
+    pub(super) fn sleep(&mut self, until: Nanos) -> Result<u64, PlayError> {
+        const NANOS_PER_SECOND: u64 = 1_000_000_000;
+        let until = self.options.run_ends.map_or(until, |ends| ends.min(until));
+        let mut wakes = 0;
+        loop {
+            let left_ns = until.since(clock::now());
+            let timeout = Timespec {
+                tv_sec: i64::try_from(left_ns / NANOS_PER_SECOND).unwrap_or(i64::MAX),
+                tv_nsec: i64::try_from(left_ns % NANOS_PER_SECOND).unwrap_or(0),
+            };
+            let (processes, signals) = (self.watch.as_fd(), self.signals.as_fd());
+            let mut others = [processes, signals]
+                .map(|descriptor| PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
+            match poll(&mut others, Some(&timeout)) {
+                Ok(_) | Err(Errno::INTR) => {}
+                Err(error) => return Err(PlayError::Failed(format!("sleeping: {error}"))),
+            }
+            wakes += 1;
+            self.look_around()?;
+            if clock::now() >= until {
+                return Ok(wakes);
+            }
+        }
     }
 
     /// From `now` on an answer may take `limit_ns`.
@@ -310,6 +371,7 @@ fn arguments(root: &RunRoot, options: &FleetOptions, craft: u32) -> AgentArgumen
         parent_pid: std::process::id(),
         wake: options.wake,
         cores: options.placement.of(CraftId(craft)).to_vec(),
+        beside: options.placement.beside(CraftId(craft)),
     }
 }
 

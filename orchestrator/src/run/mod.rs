@@ -12,16 +12,18 @@ pub mod demand;
 mod epoch;
 mod fleet;
 mod guard;
+mod open_play;
 pub mod order;
 mod patience;
 pub mod plan;
 mod play;
+mod reports;
 #[cfg(test)]
 mod tests;
 mod timing;
 pub mod verdict;
 
-pub use fleet::FleetOptions;
+pub use fleet::{FleetEnd, FleetOptions, RealFleet};
 
 use crate::launch::os_process::Launcher;
 use crate::outcome::Outcome;
@@ -31,7 +33,6 @@ use crate::supervision::signals::Signals;
 use agent::simulation::Simulation;
 use backend::{Backend, SimulatedFleet};
 use epoch::Rules;
-use fleet::RealFleet;
 use guard::{Sample, Spin};
 use plan::{FleetPlan, RunPlan};
 use shared_types::time::Nanos;

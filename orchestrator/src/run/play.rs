@@ -1,14 +1,14 @@
-//! One trial on a real fleet: begin the epoch, open and close turns, collect the reports.
+//! One trial on a real fleet: begin the epoch, open and close turns, collect the reports. Not here: an
+//! interval of open mode (`open_play`), putting reports together (`reports`).
 
 use super::backend::{Backend, Clocked, PlayError, Played, PlayedOpen};
 use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
+use super::reports::Reports;
 use agent::lockstep::Referee;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::FleetNetwork;
 use shared_types::transport::{Destination, clock};
-use shared_types::wire::{
-    ArchivedTrialReport, EpochSpec, Kind, Traffic, TrialReport, TurnCommand, TurnReport,
-};
+use shared_types::wire::{EpochSpec, Header, Kind, Traffic, TurnCommand, TurnReport};
 use zerocopy::{FromBytes, IntoBytes};
 
 /// How long processes may take to report after a trial was given up, ns.
@@ -32,7 +32,7 @@ impl Backend for RealFleet<'_> {
             turns: referee.turns(),
             path_digest: referee.path_digest(),
             path: referee.path().to_vec(),
-            reports: reports.into_iter().flatten().collect(),
+            reports: reports.into_received(),
             clock: Clocked {
                 duration_ns: clock::now().since(started),
                 turn_times_ns,
@@ -46,8 +46,12 @@ impl Backend for RealFleet<'_> {
         self.planted_slowdown_percent = percent;
     }
 
-    fn play_open(&mut self, _: &EpochSpec, _: &FleetNetwork) -> Result<PlayedOpen, PlayError> {
-        Err(PlayError::Failed("open mode is refused by `run` so far".to_owned()))
+    fn play_open(
+        &mut self,
+        spec: &EpochSpec,
+        network: &FleetNetwork,
+    ) -> Result<PlayedOpen, PlayError> {
+        self.play_interval(spec, network)
     }
 
     fn ready_ns(&self) -> Option<u64> {
@@ -57,7 +61,11 @@ impl Backend for RealFleet<'_> {
 
 impl RealFleet<'_> {
     /// Brings every process that takes part to the point before the first turn.
-    fn begin(&mut self, spec: &EpochSpec, network: &FleetNetwork) -> Result<(), PlayError> {
+    pub(super) fn begin(
+        &mut self,
+        spec: &EpochSpec,
+        network: &FleetNetwork,
+    ) -> Result<(), PlayError> {
         if self.network != Some(spec.network) {
             self.send(Destination::World, Kind::World, spec.network, &network.to_archive())?;
             self.network = Some(spec.network);
@@ -74,7 +82,7 @@ impl RealFleet<'_> {
 }
 
 /// How many processes play: the centre only where the strategy has one.
-fn taking_part(fleet: &RealFleet<'_>, spec: &EpochSpec) -> u32 {
+pub(super) fn taking_part(fleet: &RealFleet<'_>, spec: &EpochSpec) -> u32 {
     fleet.options.crafts + u32::from(spec.strategy.has_centre())
 }
 
@@ -83,8 +91,7 @@ struct Trial {
     spec: EpochSpec,
     referee: Referee,
     turn_times_ns: Vec<u64>,
-    reports: Vec<Option<TrialReport>>,
-    missing: usize,
+    reports: Reports,
     /// What a process sent that cannot be.
     fault: Option<String>,
 }
@@ -96,8 +103,7 @@ impl Trial {
             spec: spec.clone(),
             referee: Referee::new(spec, fleet.options.crafts),
             turn_times_ns: Vec::with_capacity(spec.turns_max.min(10_000) as usize),
-            reports: vec![None; processes],
-            missing: processes,
+            reports: Reports::of(processes),
             fault: None,
         }
     }
@@ -117,7 +123,7 @@ impl Trial {
         loop {
             fleet.pump(&mut |source, kind, header, payload| {
                 if header.epoch == self.spec.epoch {
-                    self.take(source, kind, payload);
+                    self.take(source, kind, header, payload);
                 }
             })?;
             let next = self.referee.advance();
@@ -125,7 +131,7 @@ impl Trial {
                 fleet.hold_open(opened);
                 self.turn_times_ns.push(clock::now().since(opened));
             }
-            if next.is_some() || (self.referee.outcome().is_some() && self.missing == 0) {
+            if next.is_some() || (self.referee.outcome().is_some() && self.reports.are_complete()) {
                 return Ok(next);
             }
             if self.fault.is_some() || fleet.is_overdue() {
@@ -134,7 +140,7 @@ impl Trial {
         }
     }
 
-    fn take(&mut self, source: CraftId, kind: Kind, payload: &[u8]) {
+    fn take(&mut self, source: CraftId, kind: Kind, header: &Header, payload: &[u8]) {
         match kind {
             Kind::TurnReport => {
                 let Ok(report) = TurnReport::read_from_bytes(payload) else {
@@ -145,14 +151,11 @@ impl Trial {
                     self.fault = Some(error.to_string());
                 }
             }
-            Kind::TrialReport => match (read_report(payload), self.reports.get_mut(source.index()))
-            {
-                (Some(report), Some(slot)) => {
-                    self.missing -= usize::from(slot.is_none());
-                    *slot = Some(report);
+            Kind::TrialReport => {
+                if let Err(fault) = self.reports.take(source, header, payload) {
+                    self.fault = Some(fault);
                 }
-                _ => self.fault = Some(format!("process {source} sent a damaged trial report")),
-            },
+            }
             _ => {}
         }
     }
@@ -162,23 +165,17 @@ impl Trial {
         let standing = self.fault.take().unwrap_or_else(|| self.referee.standing());
         let told = fleet.tell(&self.spec, Kind::EpochEnd, &[]);
         fleet.be_patient(GIVEN_UP_LIMIT_NS, clock::now());
-        while told.is_ok() && self.missing > 0 && !fleet.is_overdue() {
+        while told.is_ok() && !self.reports.are_complete() && !fleet.is_overdue() {
             let pumped = fleet.pump(&mut |source, kind, header, payload| {
                 if header.epoch == self.spec.epoch && kind == Kind::TrialReport {
-                    self.take(source, kind, payload);
+                    self.take(source, kind, header, payload);
                 }
             });
             if let Err(error) = pumped {
                 return error;
             }
         }
-        let reports = self.reports.iter().flatten().cloned().collect();
+        let reports = std::mem::replace(&mut self.reports, Reports::of(0)).into_received();
         PlayError::Unbalanced { turns: self.referee.turns_opened(), standing, reports }
     }
-}
-
-/// Reads a report's archive; `None` if it is damaged.
-fn read_report(payload: &[u8]) -> Option<TrialReport> {
-    let archived = rkyv::access::<ArchivedTrialReport, rkyv::rancor::Error>(payload).ok()?;
-    rkyv::deserialize::<TrialReport, rkyv::rancor::Error>(archived).ok()
 }

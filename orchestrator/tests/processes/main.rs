@@ -7,6 +7,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says so by failing")]
 
 mod endings;
+mod opens;
 mod roles;
 mod runs;
 #[path = "../support/mod.rs"]
@@ -42,6 +43,8 @@ const TESTS: &[Test] = tests![
     endings::crafts_end_when_their_orchestrator_is_killed,
     endings::craft_hears_the_orchestrator_and_not_the_terminal,
     endings::craft_refuses_a_dead_run_and_a_foreign_parent,
+    opens::every_strategy_plays_a_trace_as_in_simulation,
+    opens::killed_craft_ends_an_interval_and_nothing_is_left,
     runs::living_runs_are_private_and_never_cleaned,
     runs::dead_run_is_cleaned_with_its_segments_and_stopped_craft,
     runs::root_without_a_lock_file_is_a_dead_run,

@@ -64,6 +64,7 @@ pub(crate) fn arguments(paths: &RunPaths, craft: u32) -> AgentArguments {
         parent_pid: std::process::id(),
         wake: WakeMode::Adaptive,
         cores: Vec::new(),
+        beside: Vec::new(),
     }
 }
 

@@ -249,6 +249,13 @@ impl<'a> FleetView<'a> {
         &self.boards[craft.index()]
     }
 
+    /// The part of the trace that `craft` plays; empty in lockstep and for the centre.
+    #[inline]
+    #[must_use]
+    pub fn trace_of(&self, craft: CraftId) -> &'a [TraceRecord] {
+        self.trace.get(craft.index()).copied().unwrap_or_default()
+    }
+
     /// How many crafts the fleet has, the centre not counted.
     #[inline]
     #[must_use]

@@ -84,3 +84,20 @@ impl TurnReport {
         Firing(self.firing)
     }
 }
+
+/// Craft to orchestrator in open mode: what it has sent and received in the epoch, of the classes
+/// replication and reply. The fleet is quiet once what was sent has been received and nobody has
+/// anything left.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout,
+)]
+#[repr(C)]
+pub struct TallyReport {
+    /// Copies sent: a multicast counts once for each receiver.
+    pub sent: u64,
+    /// Samples received.
+    pub received: u64,
+    /// What it still has to do: records to play, samples in the outbox, changes that no reply has
+    /// taken yet.
+    pub left: u64,
+}

@@ -74,6 +74,12 @@ pub enum Kind {
     World = 17,
     /// Payload of a benchmark or test.
     Probe = 18,
+    /// Orchestrator to all: the trace of open mode begins at `intended_ns`. No payload.
+    Go = 19,
+    /// Orchestrator to all: how much is under way? `argument` numbers the question. No payload.
+    Tally = 20,
+    /// Craft to orchestrator: a [`super::TallyReport`]; `argument` is the question's.
+    TallyReport = 21,
 }
 
 macro_rules! from_code {
@@ -91,7 +97,7 @@ macro_rules! from_code {
 from_code!(Class, Telemetry, Replication, Reply, Repair, Ack, BestEffort, Control, Telemetry);
 from_code!(
     Kind,
-    Probe,
+    TallyReport,
     Delta,
     Register,
     Instruction,
@@ -110,7 +116,10 @@ from_code!(
     Ready,
     Stop,
     World,
-    Probe
+    Probe,
+    Go,
+    Tally,
+    TallyReport
 );
 
 /// The header of every sample: 80 bytes, little-endian as all that we run on.

@@ -13,9 +13,9 @@ mod header;
 mod open;
 mod report;
 
-pub use control::{TurnCommand, TurnPhase, TurnReport};
+pub use control::{TallyReport, TurnCommand, TurnPhase, TurnReport};
 pub use delta::{DELTA_BYTES, DeltaReader, DeltaRecord, write_deltas};
 pub use epoch::{ArchivedEpochSpec, EpochSpec, StrategyKind};
 pub use header::{Class, FORMAT_VERSION, HEADER_BYTES, Header, Kind, Refusal};
-pub use open::{OpenReport, OpenSpec, ReadSeen, Stage};
+pub use open::{HeldFact, OpenReport, OpenSpec, ReadSeen, Stage};
 pub use report::{ArchivedTrialReport, CLASS_COUNT, Counters, Losses, Traffic, TrialReport};

@@ -109,12 +109,25 @@ impl ReadSeen {
     pub const NOTHING: u64 = u64::MAX;
 }
 
+/// What a board holds of a fact when the craft reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Archive, Serialize, Deserialize)]
+pub struct HeldFact {
+    /// The fact, as this board numbers it.
+    pub fact: u32,
+    /// A [`crate::knowledge::Value`].
+    pub value: u8,
+    /// Writes that led to the value.
+    pub count: u32,
+    /// The craft that wrote last.
+    pub writer: u32,
+}
+
 /// What one process measured in an epoch of open mode.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Archive, Serialize, Deserialize)]
 pub struct OpenReport {
     /// Records of its part of the trace that it has played: always a prefix.
     pub records_played: u64,
-    /// Per origin craft, the changes that were applied at this process' board (at all home boards, for
+    /// Per origin craft (dense), the changes that were applied at this process' board (at all home boards, for
     /// the centre's report under a central strategy; knowledge is counted at the clients).
     pub applied_from: Vec<u64>,
     /// Changes known here by the end of the interval.
@@ -131,9 +144,13 @@ pub struct OpenReport {
     pub shares: Vec<[u32; 4]>,
     /// What its reads saw, in their order.
     pub reads: Vec<ReadSeen>,
-    /// Time that the process was ready to run and did not, ns (schedstat); 0 in simulation.
+    /// What its board holds of every fact that was written or delivered in the epoch, by fact; of
+    /// the others it holds the initial value.
+    pub held: Vec<HeldFact>,
+    /// Time that the process was ready to run and did not, ns (schedstat), from the word to begin to
+    /// the first question after the end; 0 in simulation.
     pub run_delay_ns: u64,
-    /// Times that the process slept, as the kernel counts them; 0 in simulation.
+    /// Times that the process slept, as the kernel counts them, over the same time; 0 in simulation.
     pub sleeps: u64,
     /// Proportional set size of the process, bytes; 0 in simulation.
     pub proportional_bytes: u64,

@@ -130,7 +130,8 @@ pub struct TrialReport {
     pub board_digests: Vec<(u32, u64)>,
     /// Digest of the replica store; 0 if the strategy keeps none.
     pub replica_digest: u64,
-    /// CPU time of the process in the epoch, from its first turn to its report, ns; 0 in simulation.
+    /// CPU time of the process in the epoch, from its first turn to its report, in open mode from the
+    /// start to the end of the interval, ns; 0 in simulation.
     pub cpu_ns: u64,
     /// Resident memory at the report, bytes; 0 in simulation.
     pub resident_bytes: u64,

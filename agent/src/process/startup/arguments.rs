@@ -28,6 +28,9 @@ pub struct AgentArguments {
     pub wake: WakeMode,
     /// The logical processors that it may run on; empty for all that its parent may.
     pub cores: Vec<u32>,
+    /// The other processes that run on the same single processor, so that wake-ups are told apart;
+    /// empty if it is not pinned to one.
+    pub beside: Vec<CraftId>,
 }
 
 /// Why a command line is not one of a craft.
@@ -53,14 +56,24 @@ pub enum ArgumentError {
 }
 
 /// The options, in the order in which they are written.
-pub(super) const OPTIONS: [&str; 8] =
-    ["--run", "--base", "--craft", "--crafts", "--incarnation", "--parent", "--wake", "--cores"];
+pub(super) const OPTIONS: [&str; 9] = [
+    "--run",
+    "--base",
+    "--craft",
+    "--crafts",
+    "--incarnation",
+    "--parent",
+    "--wake",
+    "--cores",
+    "--beside",
+];
 
 impl AgentArguments {
     /// The command line, without executable and verb.
     #[must_use]
     pub fn to_command_line(&self) -> Vec<OsString> {
         let cores: Vec<String> = self.cores.iter().map(u32::to_string).collect();
+        let beside: Vec<String> = self.beside.iter().map(CraftId::to_string).collect();
         let values: [OsString; OPTIONS.len()] = [
             format!("{:016x}", self.run).into(),
             self.base.clone().into(),
@@ -70,6 +83,7 @@ impl AgentArguments {
             self.parent_pid.to_string().into(),
             wake_name(self.wake).into(),
             cores.join(",").into(),
+            beside.join(",").into(),
         ];
         OPTIONS
             .into_iter()
@@ -108,7 +122,8 @@ impl AgentArguments {
             incarnation: Incarnation(read(4, &take(4)?, number)?),
             parent_pid: read(5, &take(5)?, number)?,
             wake: read(6, &take(6)?, wake_of)?,
-            cores: read(7, &take(7)?, core_list)?,
+            cores: read(7, &take(7)?, numbers)?,
+            beside: read(8, &take(8)?, numbers)?.into_iter().map(CraftId).collect(),
         })
     }
 }
@@ -129,8 +144,8 @@ fn number(text: &str) -> Option<u32> {
     text.parse().ok()
 }
 
-fn core_list(text: &str) -> Option<Vec<u32>> {
-    text.split(',').filter(|core| !core.is_empty()).map(number).collect()
+fn numbers(text: &str) -> Option<Vec<u32>> {
+    text.split(',').filter(|one| !one.is_empty()).map(number).collect()
 }
 
 const fn wake_name(wake: WakeMode) -> &'static str {

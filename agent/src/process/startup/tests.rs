@@ -17,6 +17,7 @@ fn sample(wake: WakeMode, cores: &[u32]) -> AgentArguments {
         parent_pid: 4321,
         wake,
         cores: cores.to_vec(),
+        beside: cores.iter().copied().map(CraftId).collect(),
     }
 }
 

@@ -1,0 +1,201 @@
+//! What a craft measures in open mode, in memory that is taken before the epoch begins and never
+//! grows while it is filled.
+//!
+//! Every event is recorded, none sampled. A stage's histogram tells times of up to a minute apart to
+//! three digits. Time to knowledge is kept by slices of the interval, whose sum is the whole, so that
+//! it is recorded once. How its parts share it goes into a table of counts ([`Shares`]). Not here: who
+//! reads the clock (the shells), and quantiles with intervals (orchestrator, results).
+
+mod shares;
+
+pub use shares::{SHARE_STEPS, Shares, TOTAL_CLASSES_PER_OCTAVE, class_floor_ns, share_part_name};
+
+use hdrhistogram::Histogram;
+use hdrhistogram::serialization::{Serializer, V2Serializer};
+use shared_types::ids::CraftId;
+use shared_types::limits::SLICES_MAX;
+use shared_types::time::Nanos;
+use shared_types::wire::{OpenReport, OpenSpec, ReadSeen, Stage};
+
+/// Longest time that is told from a longer one, ns.
+const TIME_NS_MAX: u64 = 60_000_000_000;
+
+/// Most records of a sample that are told apart.
+const RECORDS_MAX: u64 = 1 << 16;
+
+/// A sample's way to this board, as far as it goes into time to knowledge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    /// When its receive returned.
+    pub received: Nanos,
+    /// Time under way: send called to receive returned, summed over hops, relay work apart.
+    pub wake_ns: u64,
+}
+
+/// What one process measures in one epoch of open mode.
+#[derive(Debug, Default)]
+pub struct Measured {
+    is_staged: bool,
+    ends: Nanos,
+    slice_ns: u64,
+    /// The slice at hand, and when the next begins.
+    slice: usize,
+    slice_ends: Nanos,
+    slices: Vec<Histogram<u32>>,
+    /// By [`Stage`]; the one of knowledge stays empty.
+    stages: Vec<Histogram<u32>>,
+    shares: Shares,
+    applied_from: Vec<u64>,
+    applied_by_end: u64,
+    applied_after_end: u64,
+    reads: Vec<ReadSeen>,
+    /// Per process whether it runs on the same core only.
+    is_beside: Vec<bool>,
+}
+
+impl Measured {
+    /// Forgets everything and makes room for an epoch of `spec` on `processes` processes, of which
+    /// those in `beside` run on the same core as this one.
+    pub(crate) fn begin(&mut self, spec: &OpenSpec, processes: usize, beside: &[CraftId]) {
+        self.is_staged = spec.stamps_stages;
+        self.slice_ns = spec.slice_ns.max(1);
+        let slices = spec.duration_ns.div_ceil(self.slice_ns).clamp(1, SLICES_MAX);
+        self.slices.resize_with(usize::try_from(slices).unwrap_or(1), times);
+        if self.stages.is_empty() {
+            self.stages.extend(Stage::ALL.map(|stage| match stage {
+                Stage::RecordsPerSample => upto(RECORDS_MAX),
+                _ => times(),
+            }));
+        }
+        // Resetting touches the memory, so that no page is missing in the interval.
+        self.slices.iter_mut().chain(&mut self.stages).for_each(Histogram::reset);
+        self.shares.reset();
+        self.applied_from.clear();
+        self.applied_from.resize(processes, 0);
+        (self.applied_by_end, self.applied_after_end) = (0, 0);
+        self.reads.clear();
+        self.is_beside.clear();
+        self.is_beside.resize(processes, false);
+        for craft in beside {
+            if let Some(is_beside) = self.is_beside.get_mut(craft.index()) {
+                *is_beside = true;
+            }
+        }
+    }
+
+    /// The interval lasts from `started` to `ends`; `reads` reads will be made.
+    pub(crate) fn start(&mut self, started: Nanos, ends: Nanos, reads: usize) {
+        self.ends = ends;
+        self.slice = 0;
+        self.slice_ends = started.plus(self.slice_ns);
+        self.reads.reserve(reads);
+    }
+
+    /// Whether stages are stamped, and not time to knowledge alone.
+    #[inline]
+    #[must_use]
+    pub const fn is_staged(&self) -> bool {
+        self.is_staged
+    }
+
+    /// Counts an event of `stage`.
+    #[inline]
+    pub(crate) fn stage(&mut self, stage: Stage, value: u64) {
+        if self.is_staged {
+            note(&mut self.stages[stage as usize], value, 1);
+        }
+    }
+
+    /// Counts how long a sample from `source` was under way over `hops` hops.
+    #[inline]
+    pub(crate) fn woken(&mut self, source: u32, hops: u16, wake_ns: u64) {
+        let stage = if hops > 1 {
+            Stage::WakeRelayed
+        } else if self.is_beside.get(source as usize).copied().unwrap_or(false) {
+            Stage::WakeSameCore
+        } else {
+            Stage::WakeOtherCore
+        };
+        self.stage(stage, wake_ns);
+    }
+
+    /// Counts `changes` changes that were meant to be made at `intended`, came by `way` and are known
+    /// at `now`.
+    #[inline]
+    pub(crate) fn known(&mut self, now: Nanos, intended: Nanos, way: Way, changes: u32) {
+        let total_ns = now.since(intended);
+        while now >= self.slice_ends && self.slice + 1 < self.slices.len() {
+            self.slice += 1;
+            self.slice_ends = self.slice_ends.plus(self.slice_ns);
+        }
+        note(&mut self.slices[self.slice], total_ns, changes);
+        if now <= self.ends {
+            self.applied_by_end += u64::from(changes);
+        } else {
+            self.applied_after_end += u64::from(changes);
+        }
+        if self.is_staged {
+            let apply_ns = now.since(way.received);
+            note(&mut self.stages[Stage::Apply as usize], apply_ns, changes);
+            self.shares.count(total_ns, way.wake_ns, apply_ns, changes);
+        }
+    }
+
+    /// Counts `changes` changes of `origin` as applied.
+    #[inline]
+    pub(crate) fn applied(&mut self, origin: CraftId, changes: u32) {
+        self.applied_from[origin.index()] += u64::from(changes);
+    }
+
+    /// Keeps what a read saw.
+    #[inline]
+    pub(crate) fn read(&mut self, at_ns: u64, seen_ns: u64) {
+        let number = u32::try_from(self.reads.len()).unwrap_or(u32::MAX);
+        self.reads.push(ReadSeen { number, at_ns, seen_ns });
+    }
+
+    /// Everything measured; what the process and its board know is for the caller to add.
+    pub(crate) fn report(&self) -> OpenReport {
+        let filled =
+            Stage::ALL.into_iter().zip(&self.stages).filter(|(_, times)| !times.is_empty());
+        OpenReport {
+            applied_from: self.applied_from.clone(),
+            applied_by_end: self.applied_by_end,
+            applied_after_end: self.applied_after_end,
+            stages: filled.map(|(stage, times)| (stage, serialized(times))).collect(),
+            knowledge_slices: self
+                .slices
+                .iter()
+                .map(|times| if times.is_empty() { Vec::new() } else { serialized(times) })
+                .collect(),
+            shares: self.shares.rows(),
+            reads: self.reads.clone(),
+            ..OpenReport::default()
+        }
+    }
+}
+
+fn times() -> Histogram<u32> {
+    upto(TIME_NS_MAX)
+}
+
+fn upto(most: u64) -> Histogram<u32> {
+    Histogram::new_with_bounds(1, most, 3).expect("invariant: the bounds are valid")
+}
+
+/// Counts `times` events of `value`; what is beyond the bounds counts at the bound.
+#[inline]
+fn note(histogram: &mut Histogram<u32>, value: u64, times: u32) {
+    if times > 0 {
+        let value = value.clamp(histogram.low(), histogram.high());
+        histogram.record_n(value, times).expect("invariant: the value lies within the bounds");
+    }
+}
+
+fn serialized(histogram: &Histogram<u32>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    V2Serializer::new()
+        .serialize(histogram, &mut bytes)
+        .expect("invariant: memory takes every histogram");
+    bytes
+}

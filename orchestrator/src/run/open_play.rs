@@ -1,0 +1,134 @@
+//! One interval of open mode on a real fleet.
+//!
+//! Every process is told one instant ahead at which the trace begins; then the orchestrator sleeps, in
+//! one wait, to the interval's end. After it, it asks how much every process has sent and received
+//! until nothing is under way: what was sent when all were asked must be what had been received when
+//! all were asked the time before. A fleet that does not come to rest is given up after a grace, with
+//! whatever it reports. Not here: what the numbers mean.
+
+use super::backend::{PlayError, PlayedOpen};
+use super::fleet::RealFleet;
+use super::play::taking_part;
+use super::reports::Reports;
+use shared_types::knowledge::FleetNetwork;
+use shared_types::time::Nanos;
+use shared_types::transport::clock;
+use shared_types::wire::{
+    Class, EpochSpec, Header, Kind, OpenSpec, TallyReport, Traffic, TrialReport,
+};
+use zerocopy::FromBytes;
+
+/// How far ahead of the trace its beginning is told, ns: a part for all, and one for each process,
+/// since they hear of it one after the other where processors are few.
+const AHEAD_NS: u64 = 10_000_000;
+const AHEAD_PER_PROCESS_NS: u64 = 200_000;
+
+/// How long after the end of the interval the first question is put, ns, and the next ones after
+/// the last answer.
+const QUESTION_PAUSE_NS: u64 = 2_000_000;
+
+/// How long after the end of the interval a fleet may be restless, ns, and how many exchanges with
+/// the centre longer.
+const QUIET_GRACE_NS: u64 = 1_000_000_000;
+const QUIET_GRACE_EXCHANGES: u64 = 3;
+
+impl RealFleet<'_> {
+    /// Plays the trace of `network` as `spec.open` says.
+    pub(super) fn play_interval(
+        &mut self,
+        spec: &EpochSpec,
+        network: &FleetNetwork,
+    ) -> Result<PlayedOpen, PlayError> {
+        let Some(open) = spec.open else {
+            return Err(PlayError::Failed("the epoch is not one of open mode".to_owned()));
+        };
+        self.control = Traffic::default();
+        self.begin(spec, network)?;
+        let processes = taking_part(self, spec);
+        let ahead_ns = AHEAD_NS + u64::from(processes) * AHEAD_PER_PROCESS_NS;
+        let started = clock::now().plus(ahead_ns);
+        let mut go = Header::new(Class::Control, Kind::Go);
+        go.intended_ns = started.0;
+        self.tell_with(spec, go, &[])?;
+        self.note_ready(started);
+        let ends = started.plus(open.duration_ns);
+        let cpu_start = clock::process_cpu();
+        let orchestrator_sleeps = self.sleep(ends)?;
+        let orchestrator_cpu_ns = clock::process_cpu().since(cpu_start);
+        let is_quiet = self.await_quiet(spec, &open, ends)?;
+        let reports = self.collect(spec)?;
+        Ok(PlayedOpen {
+            reports,
+            is_quiet,
+            orchestrator_cpu_ns,
+            orchestrator_sleeps,
+            control: self.control,
+        })
+    }
+
+    /// Asks until the fleet is quiet; says whether it became so within the grace.
+    fn await_quiet(
+        &mut self,
+        spec: &EpochSpec,
+        open: &OpenSpec,
+        ends: Nanos,
+    ) -> Result<bool, PlayError> {
+        let exchanges_ns = open.asks_every_ns.saturating_mul(QUIET_GRACE_EXCHANGES);
+        let given_up = ends.plus(QUIET_GRACE_NS).plus(exchanges_ns);
+        let mut received_before = None;
+        for question in 0.. {
+            self.sleep(clock::now().plus(QUESTION_PAUSE_NS))?;
+            let total = self.ask(spec, question)?;
+            if total.left == 0 && received_before == Some(total.sent) {
+                return Ok(true);
+            }
+            received_before = (total.left == 0).then_some(total.received);
+            if clock::now() >= given_up {
+                break;
+            }
+        }
+        Ok(false)
+    }
+
+    /// What all processes together have sent, received and left to do.
+    fn ask(&mut self, spec: &EpochSpec, question: u32) -> Result<TallyReport, PlayError> {
+        let mut header = Header::new(Class::Control, Kind::Tally);
+        header.argument = question;
+        self.tell_with(spec, header, &[])?;
+        let mut total = TallyReport::default();
+        let processes = taking_part(self, spec);
+        self.await_each(Kind::TallyReport, processes, &mut |_, header, payload| {
+            let is_meant = header.epoch == spec.epoch && header.argument == question;
+            let Ok(tally) = TallyReport::read_from_bytes(payload) else { return false };
+            if is_meant {
+                total.sent += tally.sent;
+                total.received += tally.received;
+                total.left += tally.left;
+            }
+            is_meant
+        })?;
+        Ok(total)
+    }
+
+    /// Asks for the reports.
+    fn collect(&mut self, spec: &EpochSpec) -> Result<Vec<TrialReport>, PlayError> {
+        let processes = taking_part(self, spec);
+        let mut reports = Reports::of(processes as usize);
+        let mut fault = None;
+        self.tell_with(spec, Header::new(Class::Control, Kind::EpochEnd), &[])?;
+        self.await_each(Kind::TrialReport, processes, &mut |source, header, payload| {
+            if header.epoch != spec.epoch {
+                return false;
+            }
+            // A report that cannot be read will not come again.
+            reports.take(source, header, payload).unwrap_or_else(|what| {
+                fault.get_or_insert(what);
+                true
+            })
+        })?;
+        match fault {
+            None => Ok(reports.into_received()),
+            Some(fault) => Err(PlayError::Failed(fault)),
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Intervals of open mode on real fleets, driven below the command line: the same counts as in simulation,
+//! and what a killed craft does to one.
+
+use crate::shared::{is_gone, until};
+use agent::simulation::Simulation;
+use orchestrator::launch::os_process::{CraftErrors, Launcher};
+use orchestrator::launch::placement::{Placement, Processors};
+use orchestrator::run::backend::{Backend, PlayError};
+use orchestrator::run::{FleetOptions, RealFleet};
+use orchestrator::supervision::signals::Signals;
+use rustix::process::{Pid, Signal, kill_process};
+use shared_types::ids::{CraftId, FactId};
+use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, Topology};
+use shared_types::rng::{Purpose, Stream};
+use shared_types::scenario::Pinning;
+use shared_types::trace::{TraceRecord, to_words};
+use shared_types::transport::memory::MemoryOptions;
+use shared_types::transport::{WakeMode, clock};
+use shared_types::wire::{EpochSpec, OpenSpec, StrategyKind, TrialReport};
+
+const CRAFTS: u32 = 5;
+const FACTS: u32 = 8;
+
+const STRATEGIES: [StrategyKind; 6] = [
+    StrategyKind::Null,
+    StrategyKind::Full,
+    StrategyKind::Boundary,
+    StrategyKind::Limited,
+    StrategyKind::Hierarchy,
+    StrategyKind::Hybrid,
+];
+
+/// Boards without rules; fact f is shared by the crafts from f on, the last by none. `bursts` bursts of
+/// up to four writes and reads a craft, 1 ms apart on average.
+fn network(bursts: u32) -> FleetNetwork {
+    let boards = (0..CRAFTS).map(|craft| {
+        let others = |fact| (fact..CRAFTS).filter(move |&other| other != craft && craft >= fact);
+        let links: Vec<(u32, u32)> = (0..FACTS)
+            .flat_map(|fact| others(fact).flat_map(move |to| [(fact, to), (fact, fact)]))
+            .collect();
+        let links = Csr::from_pairs(FACTS as usize, &links);
+        let mut board = BoardNetwork { fact_count: FACTS, links, ..BoardNetwork::default() };
+        board.index_readers();
+        board
+    });
+    let parent = (0..CRAFTS).map(|craft| craft.checked_sub(1).map_or(u32::MAX, |below| below / 2));
+    let group = (0..CRAFTS).map(|craft| craft / 3).collect();
+    let trace = (0..CRAFTS).map(|craft| {
+        let mut stream = Stream::new(11, 0, Purpose::Test, craft);
+        let (mut records, mut at_ns) = (Vec::new(), 0);
+        for _ in 0..bursts {
+            at_ns += u64::from(stream.below(2_000_000));
+            for _ in 0..stream.between(1, 4) {
+                let fact = FactId(stream.below(FACTS));
+                records.push(match stream.below(3) {
+                    0 => TraceRecord::read(at_ns, fact),
+                    choice => TraceRecord::write(at_ns, fact, choice == 1),
+                });
+            }
+        }
+        to_words(&records)
+    });
+    let network = FleetNetwork {
+        boards: boards.collect(),
+        topology: Topology::new(parent.collect(), group).expect("halving makes a tree"),
+        script: Vec::new(),
+        trace: trace.collect(),
+    };
+    network.view().validate().expect("links name what exists");
+    network
+}
+
+fn spec(epoch: u32, strategy: StrategyKind, duration_ns: u64) -> EpochSpec {
+    EpochSpec {
+        epoch,
+        network: 0,
+        seed: 5,
+        trial: 0,
+        strategy,
+        own_firing_only: true,
+        ignores_finals: true,
+        sends_altered_only: false,
+        record_bytes: 16,
+        turns_max: 1,
+        open: Some(OpenSpec {
+            duration_ns,
+            slice_ns: 100_000_000,
+            asks_every_ns: 1_000_000,
+            stamps_stages: true,
+        }),
+    }
+}
+
+/// Lets `play` use a real fleet of [`CRAFTS`] crafts, and looks that nothing of it is left.
+fn with_fleet<T>(has_centre: bool, play: impl FnOnce(&mut RealFleet<'_>) -> T) -> T {
+    let mut signals = Signals::install().expect("signals");
+    let launcher = Launcher::new(env!("CARGO_BIN_EXE_slateswarm"), CraftErrors::Kept);
+    let allowed = Processors::of_this_process().expect("processors");
+    let mut draws = Stream::new(1, 0, Purpose::Order, 0);
+    let processes = CRAFTS + u32::from(has_centre);
+    let options = FleetOptions {
+        crafts: CRAFTS,
+        has_centre,
+        wake: WakeMode::Adaptive,
+        placement: Placement::draw(&allowed, Pinning::Balanced, processes, &mut draws),
+        turn_limit_ns: 5_000_000_000,
+        run_ends: None,
+    };
+    let mut fleet = RealFleet::launch(options, &launcher, &mut signals).expect("a fleet");
+    let processes = fleet.process_ids();
+    let result = play(&mut fleet);
+    let end = fleet.end();
+    assert!(end.trouble.is_empty(), "{:?}", end.trouble);
+    assert!(processes.into_iter().all(is_gone));
+    result
+}
+
+/// What must not differ between a real and a simulated interval.
+fn counts(report: &TrialReport) -> impl PartialEq + std::fmt::Debug {
+    let open = report.open.clone().expect("an epoch of open mode");
+    (
+        report.counters.traffic,
+        report.counters.deliveries_from.clone(),
+        report.counters.hops,
+        open.records_played,
+        open.applied_from,
+        open.applied_by_end + open.applied_after_end,
+        open.reads.len(),
+        open.held.iter().map(|held| held.fact).collect::<Vec<_>>(),
+    )
+}
+
+pub(crate) fn every_strategy_plays_a_trace_as_in_simulation() {
+    let network = network(200);
+    let view = network.view();
+    let trace: Vec<_> = view.trace.iter().map(|part| part.to_vec()).collect();
+    let mut simulation = Simulation::new(CRAFTS, MemoryOptions::default());
+    with_fleet(false, |fleet| {
+        for (epoch, strategy) in (0..).zip(STRATEGIES) {
+            let spec = spec(epoch, strategy, 500_000_000);
+            let played = fleet.play_open(&spec, &network).expect("an interval");
+            assert!(played.is_quiet, "{strategy}");
+            let simulated = simulation.play_open(&spec, &view, &trace).expect("simulated");
+            for (real, simulated) in played.reports.iter().zip(&simulated.reports) {
+                assert_eq!(counts(real), counts(simulated), "{strategy}, craft {}", real.craft);
+                assert!(!real.counters.losses.is_partial(), "{:?}", real.counters.losses);
+                assert!(real.cpu_ns > 0);
+            }
+            assert_eq!(played.reports.len(), CRAFTS as usize, "{strategy}");
+        }
+    });
+}
+
+pub(crate) fn killed_craft_ends_an_interval_and_nothing_is_left() {
+    let network = network(2_000);
+    let lost = with_fleet(false, |fleet| {
+        let victim = i32::try_from(fleet.process_ids()[2]).expect("a process");
+        let victim = Pid::from_raw(victim).expect("a process");
+        let killer = std::thread::spawn(move || {
+            let due = clock::now().plus(300_000_000);
+            until("the interval to be under way", || (clock::now() >= due).then_some(()));
+            kill_process(victim, Signal::KILL).expect("kill");
+        });
+        let played = fleet.play_open(&spec(0, StrategyKind::Boundary, 2_000_000_000), &network);
+        killer.join().expect("the killer");
+        match played {
+            Err(PlayError::Lost(lost)) => lost,
+            other => panic!("a craft was lost, and not: {other:?}"),
+        }
+    });
+    let crafts: Vec<CraftId> = lost.iter().map(|ended| ended.craft).collect();
+    assert_eq!(crafts, [CraftId(2)]);
+}
