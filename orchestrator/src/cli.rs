@@ -181,6 +181,10 @@ pub struct ReportArguments {
     /// Prints every figure, not only the first screen.
     #[arg(long)]
     pub all: bool,
+    /// Where `report.html` and `pictures/` are written: the run's own directory for tables, nowhere
+    /// for json and csv, unless said here; `none` for nowhere.
+    #[arg(long, value_name = "DIR|none")]
+    pub pictures: Option<PathBuf>,
 }
 
 /// `show` and `validate`.

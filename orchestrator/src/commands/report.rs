@@ -1,16 +1,20 @@
-//! `report`: the tables of a run again, from its directory alone.
+//! `report`: the tables of a run again, from its directory alone, and beside them a page with pictures.
 
 use super::compare::published_means;
 use super::{Refusal, Setting, print_report, program};
-use crate::cli::ReportArguments;
+use crate::cli::{Format, ReportArguments};
 use crate::outcome::Outcome;
 use crate::report::compare::Compare;
+use crate::report::page::{PICTURES_FOLDER, Page};
 use crate::report::run::Mission;
 use crate::results::read::read_run;
 use crate::results::store::SCENARIO_FILE;
 use crate::results::summary::Summary;
 use shared_types::scenario::{GeneratedNetwork, Scenario};
 use std::path::Path;
+
+/// What `--pictures` says for nothing at all.
+const NO_PICTURES: &str = "none";
 
 /// Reads the directory and prints what is there.
 ///
@@ -25,10 +29,38 @@ pub fn report(arguments: &ReportArguments, setting: Setting) -> Result<Outcome, 
     if verb.is_some_and(|verb| verb == "compare" || verb == "reproduce") {
         let published = if is_published(&directory) { published_means() } else { Vec::new() };
         let report = Compare { summary, published, directory, program: program() };
+        write_page(arguments, &run.directory, setting, || report.page());
         print_report(&report, setting, arguments.all)
     } else {
         let report = Mission { summary, directory, program: program() };
+        write_page(arguments, &run.directory, setting, || report.page());
         print_report(&report, setting, arguments.all)
+    }
+}
+
+/// Writes the page and the pictures where they are wanted, and says where. A place that cannot be
+/// written is no reason to print no tables.
+fn write_page(
+    arguments: &ReportArguments,
+    own: &Path,
+    setting: Setting,
+    page: impl FnOnce() -> Page,
+) {
+    let directory = match &arguments.pictures {
+        Some(none) if none.as_os_str() == NO_PICTURES => return,
+        Some(directory) => directory,
+        // A program that reads the other forms asks for files if it wants them.
+        None if setting.format != Format::Table => return,
+        None => own,
+    };
+    match page().write(directory) {
+        Ok(written) if !setting.is_quiet => {
+            let pictures = written.len() - 1;
+            let page = written[0].display();
+            eprintln!("page      {page}, with {pictures} pictures, also in {PICTURES_FOLDER}/");
+        }
+        Ok(_) => {}
+        Err(error) => eprintln!("no pictures: {error}"),
     }
 }
 

@@ -4,6 +4,8 @@
 //! whether every trial's counts are those of the independent replay. Times are those of the timing
 //! cells; how much they exceed strategy `null` is what a strategy costs.
 
+use super::page::Page;
+use super::pictures::gallery;
 use super::table::{Colour, Table, clip, column, short, wrap};
 use super::{Look, Report, details, document, incidents, pairs};
 use crate::results::figure::Figure;
@@ -71,6 +73,15 @@ impl Report for Compare {
 }
 
 impl Compare {
+    /// The page of the same report, with its pictures.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let heading = "What every strategy sends and costs".to_owned();
+        let text = self.table(Look { colour: Colour::Never, all: true });
+        let pictures = gallery(&self.summary, &self.published);
+        Page::of(&self.summary, vec![(heading, self.main_table())], pictures, text)
+    }
+
     fn main_table(&self) -> Table {
         let tail = tail_quantile(&self.summary);
         let mut table = Table::new(&[

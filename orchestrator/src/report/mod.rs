@@ -8,11 +8,15 @@ pub mod compare;
 mod details;
 mod document;
 mod incidents;
+pub mod map;
+pub mod page;
 mod pairs;
+pub mod pictures;
 pub mod published;
 pub mod ranges;
 pub mod reproduce;
 pub mod run;
+pub mod svg;
 pub mod table;
 
 use table::Colour;

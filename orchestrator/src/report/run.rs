@@ -4,7 +4,9 @@
 use super::compare::{
     heading, legend_of_counts, legend_of_times, requests_cell, size_heading, tail_quantile,
 };
-use super::table::{Table, clip, column, exact, short, wrap};
+use super::page::Page;
+use super::pictures::gallery;
+use super::table::{Colour, Table, clip, column, exact, short, wrap};
 use super::{Look, Report, details, document, incidents};
 use crate::results::record::{TrialEnd, TrialFacts};
 use crate::results::summary::{CountedCell, Summary};
@@ -60,6 +62,15 @@ impl Report for Mission {
 }
 
 impl Mission {
+    /// The page of the same report, with its pictures.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let heading = "How trials ended, and what was sent".to_owned();
+        let text = self.table(Look { colour: Colour::Never, all: true });
+        let pictures = gallery(&self.summary, &[]);
+        Page::of(&self.summary, vec![(heading, self.main_table())], pictures, text)
+    }
+
     /// Whether there are timing cells besides the trials.
     fn is_timed(&self) -> bool {
         !self.summary.timing.records.is_empty()

@@ -4,6 +4,8 @@
 //! Cells are ASCII. Numbers are shortened to a given number of signs by [`short`]; exact numbers
 //! are in the JSON and CSV forms of the same report.
 
+use super::svg::element::Element;
+
 /// Width that every table, legend and sentence keeps to.
 pub const WIDTH: usize = 80;
 
@@ -116,9 +118,7 @@ impl Table {
     /// The table as text.
     #[must_use]
     pub fn render(&self, colour: Colour) -> String {
-        let shown: Vec<usize> = (0..self.columns.len())
-            .filter(|&column| column == 0 || self.rows().any(|cells| cells[column] != DASH))
-            .collect();
+        let shown = self.shown();
         let mut widths: Vec<usize> = shown
             .iter()
             .map(|&column| {
@@ -148,6 +148,42 @@ impl Table {
             }
         }
         text
+    }
+
+    /// The table as an element of a page: every column that the text shows, with its group in its head.
+    #[must_use]
+    pub fn html(&self) -> Element {
+        let shown = self.shown();
+        let cells = |name: &'static str, texts: &mut dyn Iterator<Item = String>| {
+            let mut row = Element::new("tr");
+            texts.for_each(|text| row.push(Element::new(name).text(text)));
+            row
+        };
+        let heads = |&column: &usize| {
+            let Column { head, group } = self.columns[column];
+            format!("{group} {}", head.trim()).trim().to_owned()
+        };
+        let head = cells("th", &mut shown.iter().map(heads));
+        let mut body = Element::new("tbody");
+        for line in &self.lines {
+            body.push(match line {
+                Line::Cells(texts) => {
+                    cells("td", &mut shown.iter().map(|&column| texts[column].trim().to_owned()))
+                }
+                Line::Section(heading) => {
+                    let span = Element::new("th").with("colspan", shown.len().to_string());
+                    Element::new("tr").holding(span.text(heading))
+                }
+            });
+        }
+        Element::new("table").holding(Element::new("thead").holding(head)).holding(body)
+    }
+
+    /// The columns that hold anything but dashes, and the first.
+    fn shown(&self) -> Vec<usize> {
+        (0..self.columns.len())
+            .filter(|&column| column == 0 || self.rows().any(|cells| cells[column] != DASH))
+            .collect()
     }
 
     /// The places of `shown` at which a group begins, with the places that it spans.
@@ -272,6 +308,10 @@ mod tests {
         table.row(["null", "10.0", "2.0", "-"].map(str::to_owned).to_vec());
         let text = table.render(Colour::Never);
         assert_eq!(text, "       counts\nname    a   b\nfull  1.0 2.0\ntwo\nnull 10.0 2.0\n");
+        let html = table.html().render().replace('\n', "");
+        let head = "<tr><th>name</th><th>counts a</th><th>counts b</th></tr>";
+        assert!(html.contains(head), "{html}");
+        assert!(html.contains("<tr><th colspan=\"3\">two</th></tr><tr><td>null</td>"), "{html}");
     }
 
     #[test]

@@ -1,0 +1,24 @@
+//! The pictures of a run, each from the figures that its tables show. One picture a file.
+//!
+//! A picture that a run carries no data for is left out of the gallery; one whose data is damaged or
+//! too little says so in its place. Not here: how charts are drawn (see [`super::svg`]), and where the
+//! files go (see [`super::page`]).
+
+pub mod map;
+pub mod requests;
+mod sizes;
+pub mod turn_time;
+
+#[cfg(test)]
+mod tests;
+
+use super::compare::PublishedMean;
+use super::svg::picture::Picture;
+use crate::results::summary::Summary;
+
+/// Every picture that the run carries data for, in the order of the page.
+#[must_use]
+pub fn gallery(summary: &Summary, published: &[PublishedMean]) -> Vec<Picture> {
+    let pictures = [turn_time::turn_time(summary), requests::requests(summary, published)];
+    pictures.into_iter().flatten().collect()
+}
