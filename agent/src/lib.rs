@@ -12,5 +12,6 @@ pub mod metrics;
 pub mod oracle;
 #[cfg(feature = "shell")]
 pub mod process;
+pub mod reasoning;
 pub mod replication;
 pub mod simulation;

@@ -57,6 +57,7 @@ const RULES: &[Rule] = &[
     Rule { module: "agent::lockstep", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::metrics", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::oracle", never: OUTSIDE, because: NO_OUTSIDE },
+    Rule { module: "agent::reasoning", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::replication", never: OUTSIDE, because: NO_OUTSIDE },
     Rule { module: "agent::simulation", never: OUTSIDE, because: NO_OUTSIDE },
     Rule {
@@ -70,6 +71,20 @@ const RULES: &[Rule] = &[
             "shared_types::transport",
         ],
         because: "a board knows facts, and nobody to tell them to",
+    },
+    Rule {
+        module: "agent::reasoning",
+        never: &[
+            "agent::blackboard",
+            "agent::craft",
+            "agent::lockstep",
+            "agent::oracle",
+            "agent::replication",
+            "agent::simulation",
+            "shared_types::transport",
+            "shared_types::wire",
+        ],
+        because: "reasoning reads networks and values, whoever holds them",
     },
     Rule {
         module: "agent::lockstep",

@@ -1,0 +1,18 @@
+//! What a craft thinks with: which parts of its network still matter, and how a goal is reached.
+//!
+//! [`prune`] finds what can be left out, [`best_path`] the cheapest way to a goal. Everything here reads a [`BoardView`] and owns its results;
+//! nothing draws, sends or reads a clock. Beside each fast form stands a plain one in a module
+//! `reference`, and tests hold the two against each other.
+//!
+//! [`BoardView`]: shared_types::knowledge::BoardView
+
+pub mod best_path;
+mod kept;
+mod producers;
+pub mod prune;
+
+#[cfg(test)]
+mod sample;
+
+pub use kept::Kept;
+pub use producers::Producers;
