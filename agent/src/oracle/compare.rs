@@ -48,6 +48,10 @@ pub enum Metric {
     BoardDigest,
     BoardReports,
     ReplicaDigest,
+    Applications,
+    FactsUnlikeTrace,
+    FactsUnlikeSharers,
+    Knowledge,
 }
 
 impl Metric {
@@ -78,6 +82,10 @@ impl Metric {
             Self::BoardDigest => "board digest",
             Self::BoardReports => "reports of the board's digest",
             Self::ReplicaDigest => "replica digest",
+            Self::Applications => "changes applied",
+            Self::FactsUnlikeTrace => "facts that are not as the trace left them",
+            Self::FactsUnlikeSharers => "shared facts that differ",
+            Self::Knowledge => "changes whose time to knowledge was counted",
         }
     }
 
@@ -161,10 +169,10 @@ pub fn compare(replay: &Replay, expected: &Expected, observed: &Observed<'_>) ->
     comparison.found
 }
 
-struct Comparison {
-    strategy: StrategyKind,
-    trial: u32,
-    found: Vec<Discrepancy>,
+pub(super) struct Comparison {
+    pub(super) strategy: StrategyKind,
+    pub(super) trial: u32,
+    pub(super) found: Vec<Discrepancy>,
 }
 
 impl Comparison {
@@ -213,17 +221,7 @@ impl Comparison {
         for sender in (0..senders).map(CraftId::from_index) {
             let wanted = expected.deliveries.between(sender, receiver);
             let counted = found.deliveries_from.get(sender.index()).copied().unwrap_or(0);
-            if wanted != counted {
-                self.found.push(Discrepancy {
-                    strategy: self.strategy,
-                    trial: self.trial,
-                    craft: Some(receiver),
-                    sender: Some(sender),
-                    metric: Metric::DeliveriesFromSender,
-                    expected: wanted,
-                    found: counted,
-                });
-            }
+            self.check_pair(sender, receiver, Metric::DeliveriesFromSender, wanted, counted);
         }
     }
 
@@ -233,7 +231,34 @@ impl Comparison {
         }
     }
 
-    fn check(&mut self, craft: Option<CraftId>, metric: Metric, expected: u64, found: u64) {
+    pub(super) fn check_pair(
+        &mut self,
+        sender: CraftId,
+        receiver: CraftId,
+        metric: Metric,
+        expected: u64,
+        found: u64,
+    ) {
+        if expected != found {
+            self.found.push(Discrepancy {
+                strategy: self.strategy,
+                trial: self.trial,
+                craft: Some(receiver),
+                sender: Some(sender),
+                metric,
+                expected,
+                found,
+            });
+        }
+    }
+
+    pub(super) fn check(
+        &mut self,
+        craft: Option<CraftId>,
+        metric: Metric,
+        expected: u64,
+        found: u64,
+    ) {
         if expected != found {
             self.found.push(Discrepancy {
                 strategy: self.strategy,

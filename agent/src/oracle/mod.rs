@@ -4,7 +4,8 @@
 //! its rules and actions, draws one, and what was written is merged at the turn's end. No strategy
 //! and no transport takes part, so the path of a trial does not depend on how it is replicated.
 //! [`Replay::expected`] then counts, from the firings alone, what each strategy has to send, and
-//! [`compare`] holds the reports of a real or simulated run against that.
+//! [`compare`] holds the reports of a real or simulated run against that, [`compare_open`] those of an
+//! interval of open mode, where the trace takes the place of the replay.
 //!
 //! Nothing here is shared with the code that it judges: no blackboard, no strategy, no craft. Only
 //! the vocabulary (networks, random streams, wire sizes) is common.
@@ -12,9 +13,11 @@
 mod board;
 mod central;
 mod compare;
+mod compare_open;
 mod deliveries;
 mod digest;
 mod expected;
+mod held;
 mod open;
 mod replay;
 mod routes;
@@ -23,6 +26,7 @@ mod routes;
 mod tests;
 
 pub use compare::{Discrepancy, Metric, Observed, compare};
+pub use compare_open::{ObservedOpen, compare_open};
 pub use deliveries::Deliveries;
 pub use digest::{board_digest, path_digest, replica_digest};
 pub use expected::{Expected, ExpectedCounts};

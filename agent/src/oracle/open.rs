@@ -23,28 +23,36 @@ pub struct ExpectedOpen {
     pub deliveries: Deliveries,
     /// Per craft the changes of others that it applies to its board.
     pub applications: Vec<u64>,
+    /// The same by origin and receiver.
+    pub applied: Deliveries,
+    /// Per craft the records that it receives.
+    pub received_records: Vec<u64>,
+    /// Per craft the writes of its trace.
+    pub writes: Vec<u64>,
+    /// Those of them that write a boundary fact.
+    pub boundary_writes: Vec<u64>,
 }
 
 /// One write on its way: the edges that it travels.
 type Edges = BTreeSet<(CraftId, CraftId)>;
 
 impl ExpectedOpen {
-    /// What `spec` must send for `trace` (per craft its records).
-    ///
-    /// # Panics
-    /// If the strategy is a central one.
+    /// What `spec` must send for `trace` (per craft its records). Of a central strategy only what is
+    /// written and applied: how it is asked for depends on the clock.
     #[must_use]
-    pub fn of(spec: &EpochSpec, fleet: &FleetView<'_>, trace: &[Vec<TraceRecord>]) -> Self {
-        assert!(!spec.strategy.has_centre(), "invariant: central strategies play no trace");
-        let crafts = fleet.boards.len();
+    pub fn of(spec: &EpochSpec, fleet: &FleetView<'_>, trace: &[&[TraceRecord]]) -> Self {
+        let zeros = vec![0; fleet.boards.len()];
         let mut expected = Self {
-            requests: vec![0; crafts],
-            transmissions: vec![0; crafts],
-            applications: vec![0; crafts],
+            requests: zeros.clone(),
+            transmissions: zeros.clone(),
+            applications: zeros.clone(),
+            received_records: zeros.clone(),
+            writes: zeros.clone(),
+            boundary_writes: zeros,
             ..Self::default()
         };
         let fitting = INBOX_PAYLOAD_BYTES / spec.record_bytes as usize;
-        for (craft, records) in (0..).map(CraftId).zip(trace) {
+        for (craft, &records) in (0..).map(CraftId).zip(trace) {
             for together in records.chunk_by(|left, right| left.at_ns == right.at_ns) {
                 let writes = together.iter().filter(|record| record.holds().is_some());
                 let facts: Vec<FactId> = writes.map(TraceRecord::fact).collect();
@@ -64,16 +72,27 @@ impl ExpectedOpen {
     ) {
         let board = fleet.board(craft);
         let crafts = || (0..fleet.craft_count()).map(CraftId);
+        self.writes[craft.index()] += facts.len() as u64;
+        let boundary = facts.iter().filter(|&&fact| board.is_boundary(fact));
+        self.boundary_writes[craft.index()] += boundary.count() as u64;
         if strategy != StrategyKind::Null {
-            for target in facts.iter().flat_map(|&fact| board.targets(fact)) {
-                self.applications[target.craft.index()] += u64::from(target.craft != craft);
+            let targets = facts.iter().flat_map(|&fact| board.targets(fact));
+            for target in targets.filter(|target| target.craft != craft) {
+                self.applications[target.craft.index()] += 1;
+                self.applied.add(craft, target.craft, 1);
             }
+        }
+        if strategy.has_centre() {
+            return;
         }
         if strategy == StrategyKind::Full {
             let samples = facts.len().div_ceil(fitting) as u64;
             self.requests[craft.index()] += facts.len() as u64;
             self.transmissions[craft.index()] += samples;
             self.deliveries.add_to_everybody(craft, samples);
+            for other in crafts().filter(|&other| other != craft) {
+                self.received_records[other.index()] += facts.len() as u64;
+            }
             return;
         }
         let way = |&fact: &FactId| -> Edges {
@@ -111,6 +130,7 @@ impl ExpectedOpen {
             for sample in on_edge.chunks(fitting) {
                 self.transmissions[here.index()] += 1;
                 self.deliveries.add(here, next, 1);
+                self.received_records[next.index()] += sample.len() as u64;
                 self.carry(sample, next, Some(here), fitting);
             }
         }

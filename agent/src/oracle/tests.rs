@@ -3,5 +3,6 @@
 mod fleets;
 mod hand;
 mod laws;
+mod open;
 mod simulated;
 mod verdicts;

@@ -2,6 +2,7 @@
 //! and what a killed craft does to one.
 
 use crate::shared::{is_gone, until};
+use agent::oracle::{ObservedOpen, compare_open};
 use agent::simulation::Simulation;
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
 use orchestrator::launch::placement::{Placement, Processors};
@@ -140,6 +141,8 @@ pub(crate) fn every_strategy_plays_a_trace_as_in_simulation() {
             let spec = spec(epoch, strategy, 500_000_000);
             let played = fleet.play_open(&spec, &network).expect("an interval");
             assert!(played.is_quiet, "{strategy}");
+            let observed = ObservedOpen { reports: &played.reports, is_quiet: true };
+            assert_eq!(compare_open(&spec, &view, &observed), [], "{strategy}");
             let simulated = simulation.play_open(&spec, &view, &trace).expect("simulated");
             for (real, simulated) in played.reports.iter().zip(&simulated.reports) {
                 assert_eq!(counts(real), counts(simulated), "{strategy}, craft {}", real.craft);

@@ -1,13 +1,13 @@
 //! What was played against what the trace alone demands.
 
 use super::SimulatedOpen;
-use crate::oracle::{ExpectedOpen, disagreements};
+use crate::oracle::{ExpectedOpen, ObservedOpen, compare_open, disagreements};
 use crate::simulation::{Simulation, SimulationError};
 use hdrhistogram::Histogram;
 use hdrhistogram::serialization::Deserializer;
 use proptest::prelude::{ProptestConfig, prop_assert_eq, proptest};
 use shared_types::ids::{CraftId, FactId};
-use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, Topology, Value};
+use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, FleetView, Topology, Value};
 use shared_types::rng::{Purpose, Stream};
 use shared_types::trace::TraceRecord;
 use shared_types::transport::memory::MemoryOptions;
@@ -147,7 +147,11 @@ fn check(strategy: StrategyKind, crafts: u32, seed: u64, record_bytes: u32, jitt
     let (network, trace) = (network(crafts, seed), trace(crafts, seed, 20_000));
     let (spec, view) = (spec(strategy, record_bytes), network.view());
     let (simulation, played) = play(&spec, &network, &trace, jitter_ns);
-    let expected = ExpectedOpen::of(&spec, &view, &trace);
+    let parts: Vec<&[TraceRecord]> = trace.iter().map(Vec::as_slice).collect();
+    let expected = ExpectedOpen::of(&spec, &view, &parts);
+    let view = FleetView { trace: parts, ..view };
+    let observed_open = ObservedOpen { reports: &played.reports, is_quiet: true };
+    assert_eq!(compare_open(&spec, &view, &observed_open), [], "{strategy}, seed {seed}");
     let [requests, transmissions, applications] = observed(&played);
     assert_eq!(requests, expected.requests, "{strategy}, seed {seed}");
     assert_eq!(transmissions, expected.transmissions, "{strategy}, seed {seed}");
