@@ -48,6 +48,8 @@ pub enum Command {
     Run(RunArguments),
     /// Runs a mission file or preset in one process, on a virtual clock.
     Simulate(RunArguments),
+    /// Runs a mission file or preset over a grid of values, one run a cell.
+    Sweep(SweepArguments),
     /// Sets the published tables beside ours.
     Reproduce(ReproduceArguments),
     /// Prints the tables of a finished, killed or running run again, from its directory alone.
@@ -159,6 +161,30 @@ pub struct RunArguments {
     pub common: CommonArguments,
 }
 
+/// `sweep`.
+#[derive(Clone, Debug, Args)]
+pub struct SweepArguments {
+    /// A mission file, or the name of a preset.
+    #[arg(required_unless_present = "resume")]
+    pub scenario: Option<String>,
+    /// Varies any key of the scenario; several keys make a grid: `--vary network.links=100,300`.
+    #[arg(long, value_name = "KEY=VALUES", required_unless_present = "resume")]
+    pub vary: Vec<String>,
+    /// Goes on with a sweep that was cut off: cells that are done are kept.
+    #[arg(long, value_name = "DIR", conflicts_with_all = PLAN_FLAGS)]
+    #[arg(conflicts_with_all = ["scenario", "vary", "simulated"])]
+    pub resume: Option<PathBuf>,
+    /// On the memory network instead of real processes.
+    #[arg(long)]
+    pub simulated: bool,
+    /// Metrics of the table, as `--format csv` names them.
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub metrics: Vec<String>,
+    /// What every run may be told.
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
 /// `reproduce`.
 #[derive(Clone, Debug, Args)]
 pub struct ReproduceArguments {
@@ -176,8 +202,11 @@ pub struct ReproduceArguments {
 /// `report`.
 #[derive(Clone, Debug, Args)]
 pub struct ReportArguments {
-    /// A run directory, such as `runs/latest`.
+    /// The directory of a run or a sweep, such as `runs/latest`.
     pub directory: PathBuf,
+    /// Metrics of a sweep's table, as `--format csv` names them.
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub metrics: Vec<String>,
     /// Prints every figure, not only the first screen.
     #[arg(long)]
     pub all: bool,

@@ -65,6 +65,9 @@ pub const SHARED_LINKS_MAX: u64 = 16_000_000;
 /// Most premises of one rule: a byte counts those that are not met yet.
 pub const PREMISES_MAX: u32 = 255;
 
+/// Most cells of a sweep; each is a run with a directory of its own.
+pub const SWEEP_CELLS_MAX: usize = 10_000;
+
 /// Most changes per second of an offered load; above it times in nanoseconds coincide.
 pub const RATE_PER_S_MAX: f64 = 1e9;
 

@@ -47,7 +47,8 @@ fn compare_from(
         (_, true) => Scope::Times,
         _ => Scope::All,
     };
-    let job = Job { name: PRESET, scenarios, scope, common: &arguments.common, destination };
+    let job =
+        Job { name: PRESET, scenarios, scope, common: &arguments.common, destination, part: None };
     let executed = execute(job, setting)?;
     // Published means stand beside the published experiment only, whatever `--set` made of it.
     let is_published = base.scenario().network == Some(GeneratedNetwork::default());

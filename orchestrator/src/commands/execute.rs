@@ -65,6 +65,8 @@ pub(super) struct Job<'a> {
     pub(super) common: &'a CommonArguments,
     /// Where results go.
     pub(super) destination: Destination<'a>,
+    /// Which of how many runs of a sweep it is.
+    pub(super) part: Option<(usize, usize)>,
 }
 
 /// Where the results of a job go.
@@ -87,7 +89,7 @@ pub(super) fn execute_under(
     setting: Setting,
     signals: &mut Signals,
 ) -> Result<Executed, Refusal> {
-    let Job { name, scenarios, scope, common, destination } = job;
+    let Job { name, scenarios, scope, common, destination, part } = job;
     let refused = |error: &dyn std::fmt::Display| Refusal::new(error.to_string());
     let plan = plan(scenarios, scope, common)?;
     if !plan.is_simulated {
@@ -106,8 +108,10 @@ pub(super) fn execute_under(
             Store::resume(*unfinished, &provenance).map_err(|error| refused(&error))?
         }
     };
-    let mut progress = Line::new(setting.is_quiet);
-    for notice in first.notices().iter().filter(|_| !setting.is_quiet) {
+    let mut progress = Line::new(setting.is_quiet, part);
+    // What holds for every cell of a sweep is said with the first.
+    let is_told = !setting.is_quiet && part.is_none_or(|(number, _)| number == 0);
+    for notice in first.notices().iter().filter(|_| is_told) {
         progress.say(notice);
     }
     let launcher = Launcher::of_this_executable(CraftErrors::Kept);
@@ -130,7 +134,7 @@ pub(super) fn tell_how_to_resume(verb: &str, outcome: Outcome, directory: &Path,
     }
 }
 
-fn plan(
+pub(super) fn plan(
     scenarios: Vec<ResolvedScenario>,
     scope: Scope,
     common: &CommonArguments,
@@ -200,7 +204,7 @@ fn processors(fleet: &Fleet) -> Result<Processors, Refusal> {
     }
 }
 
-fn identity(name: &str, plan: &RunPlan) -> RunIdentity {
+pub(super) fn identity(name: &str, plan: &RunPlan) -> RunIdentity {
     let processes = plan.fleets.iter().map(|fleet| plan.fleet_options(fleet, None).processes());
     let online = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let online = u32::try_from(online).unwrap_or(u32::MAX);

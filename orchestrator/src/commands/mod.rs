@@ -15,6 +15,7 @@ mod resume;
 
 pub mod run;
 pub mod scenario;
+pub mod sweep;
 
 use crate::cli::{Cli, Command, CommonArguments, Format};
 use crate::outcome::Outcome;
@@ -75,6 +76,7 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
         Command::Compare(arguments) => compare::compare(arguments, setting),
         Command::Run(arguments) => run::run(arguments, arguments.simulated, setting),
         Command::Simulate(arguments) => run::run(arguments, true, setting),
+        Command::Sweep(arguments) => sweep::sweep(arguments, setting),
         Command::Reproduce(arguments) => reproduce::reproduce(arguments, setting),
         Command::Report(arguments) => report::report(arguments, setting),
         Command::Record(arguments) => record::record(arguments),
@@ -98,6 +100,16 @@ fn load_scenario(
     common: &CommonArguments,
     mode: Option<&'static str>,
 ) -> Result<ResolvedScenario, Refusal> {
+    load_scenario_with(argument, common, mode, Vec::new())
+}
+
+/// The same, with `last` over all of it.
+fn load_scenario_with(
+    argument: &str,
+    common: &CommonArguments,
+    mode: Option<&'static str>,
+    last: Vec<Override>,
+) -> Result<ResolvedScenario, Refusal> {
     let mut overrides = Vec::new();
     for set in &common.set {
         overrides.push(Override::set(set)?);
@@ -118,6 +130,7 @@ fn load_scenario(
     flag("--wake", "fleet.wake", common.wake.map(|wake| wake.name().to_owned()));
     flag("--cores", "fleet.cores", common.cores.map(|cores| cores.to_string()));
     flag("--simulated", "run.mode", mode.map(str::to_owned));
+    overrides.extend(last);
     Ok(load(&Base::from_argument(argument), environment(), &overrides)?)
 }
 

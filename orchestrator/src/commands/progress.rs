@@ -11,11 +11,16 @@ const DRAWS_PER_SECOND: u8 = 4;
 #[derive(Debug)]
 pub(super) struct Line {
     bar: Option<ProgressBar>,
+    /// What stands before every message.
+    prefix: String,
 }
 
 impl Line {
-    /// A line on a terminal, nothing elsewhere or if the user wants quiet.
-    pub(super) fn new(is_quiet: bool) -> Self {
+    /// A line on a terminal, nothing elsewhere or if the user wants quiet; `part` is which of how many
+    /// runs it shows.
+    pub(super) fn new(is_quiet: bool, part: Option<(usize, usize)>) -> Self {
+        let prefix = part
+            .map_or_else(String::new, |(number, all)| format!("cell {} of {all}: ", number + 1));
         let is_shown = !is_quiet && std::io::stderr().is_terminal();
         let style = ProgressStyle::with_template("{bar:20} {pos}/{len} {wide_msg}");
         let bar = is_shown.then(|| {
@@ -28,7 +33,7 @@ impl Line {
                 Err(_) => bar,
             }
         });
-        Self { bar }
+        Self { bar, prefix }
     }
 }
 
@@ -36,7 +41,7 @@ impl Progress for Line {
     fn at(&mut self, done: u64, total: u64, what: &str) {
         if let Some(bar) = &self.bar {
             bar.set_length(total);
-            bar.set_message(what.to_owned());
+            bar.set_message(format!("{}{what}", self.prefix));
             bar.set_position(done);
         }
     }

@@ -1,7 +1,7 @@
 //! `report`: the tables of a run again, from its directory alone, and beside them a page with pictures.
 
 use super::compare::published_means;
-use super::{Refusal, Setting, print_report, program};
+use super::{Refusal, Setting, print_report, program, sweep};
 use crate::cli::{Format, ReportArguments};
 use crate::outcome::Outcome;
 use crate::report::compare::Compare;
@@ -10,6 +10,7 @@ use crate::report::run::Mission;
 use crate::results::read::read_run;
 use crate::results::store::SCENARIO_FILE;
 use crate::results::summary::Summary;
+use crate::results::sweep::SweepFile;
 use shared_types::scenario::{GeneratedNetwork, Scenario};
 use std::path::Path;
 
@@ -21,6 +22,15 @@ const NO_PICTURES: &str = "none";
 /// # Errors
 /// If it is no run directory.
 pub fn report(arguments: &ReportArguments, setting: Setting) -> Result<Outcome, Refusal> {
+    if let Some(directory) = SweepFile::find(&arguments.directory) {
+        let report = sweep::read(&directory, &arguments.metrics)?;
+        return print_report(&report, setting, arguments.all);
+    }
+    if !arguments.metrics.is_empty() {
+        return Err(Refusal::new(
+            "`--metrics` chooses what the table of a sweep shows; a run's has all",
+        ));
+    }
     let run = read_run(&arguments.directory).map_err(|error| Refusal::new(error.to_string()))?;
     let summary = Summary::of(&run);
     let directory = arguments.directory.clone();

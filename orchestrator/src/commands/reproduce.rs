@@ -52,6 +52,7 @@ pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Out
         scope: Scope::Counts,
         common: &common,
         destination: Destination::New(Place::Below(&common.out)),
+        part: None,
     };
     let executed = execute(job, setting)?;
     let parameters = base.scenario().network.clone().unwrap_or_default();

@@ -47,7 +47,7 @@ pub(super) fn with_typed(stored: CommonArguments, typed: &CommonArguments) -> Co
 }
 
 /// The command line of words that were typed once.
-fn parse(words: &[String]) -> Result<Command, Refusal> {
+pub(super) fn parse(words: &[String]) -> Result<Command, Refusal> {
     let words = std::iter::once("slateswarm").chain(words.iter().map(String::as_str));
     let parsed = Cli::try_parse_from(words);
     let cli = parsed.map_err(|error| {

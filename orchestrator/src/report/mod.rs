@@ -17,6 +17,7 @@ pub mod ranges;
 pub mod reproduce;
 pub mod run;
 pub mod svg;
+pub mod sweep;
 pub mod table;
 
 use table::Colour;

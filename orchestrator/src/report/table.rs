@@ -5,6 +5,7 @@
 //! are in the JSON and CSV forms of the same report.
 
 use super::svg::element::Element;
+use std::borrow::Cow;
 
 /// Width that every table, legend and sentence keeps to.
 pub const WIDTH: usize = 80;
@@ -51,10 +52,10 @@ impl Colour {
 }
 
 /// One column: what stands above it, and above which group of columns it stands.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Column {
     /// Its own head.
-    pub head: &'static str,
+    pub head: Cow<'static, str>,
     /// Head over this and its neighbours of the same group; empty for none.
     pub group: &'static str,
 }
@@ -62,7 +63,13 @@ pub struct Column {
 /// A column under `group`.
 #[must_use]
 pub const fn column(group: &'static str, head: &'static str) -> Column {
-    Column { head, group }
+    Column { head: Cow::Borrowed(head), group }
+}
+
+/// A column without a group, under a head that is known only at run time.
+#[must_use]
+pub fn head(head: &str) -> Column {
+    Column { head: Cow::Owned(head.to_owned()), group: "" }
 }
 
 /// A line of a table.
@@ -136,7 +143,7 @@ impl Table {
             format!("{}\n", text.trim_end())
         };
         let mut text = self.groups(&shown, &widths);
-        text += &colour.heading(line(&|column| self.columns[column].head.to_owned()).trim_end());
+        text += &colour.heading(line(&|column| self.columns[column].head.to_string()).trim_end());
         text.push('\n');
         for row in &self.lines {
             match row {
@@ -160,7 +167,7 @@ impl Table {
             row
         };
         let heads = |&column: &usize| {
-            let Column { head, group } = self.columns[column];
+            let Column { head, group } = &self.columns[column];
             format!("{group} {}", head.trim()).trim().to_owned()
         };
         let head = cells("th", &mut shown.iter().map(heads));

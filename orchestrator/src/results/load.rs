@@ -188,6 +188,26 @@ impl CapacityRecord {
     pub fn capacity(&self) -> Option<&Probe> {
         self.probes.get(self.borne?)
     }
+
+    /// Why the search ended.
+    #[must_use]
+    pub fn end(&self) -> SearchEnd {
+        let Some(borne) = self.capacity() else { return SearchEnd::Nothing };
+        let is_above = |probe: &Probe| probe.offered_per_s > borne.offered_per_s;
+        if self.probes.iter().any(is_above) { SearchEnd::Found } else { SearchEnd::Ceiling }
+    }
+}
+
+/// Why a search for capacity ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchEnd {
+    /// Between a rate that was borne and a higher one that was not.
+    Found,
+    /// Not even the lowest rate was borne.
+    Nothing,
+    /// The highest rate that is tried was borne: the capacity is above it.
+    Ceiling,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the shape that serde asks for")]

@@ -24,6 +24,7 @@ pub mod resume;
 pub mod statistics;
 pub mod store;
 pub mod summary;
+pub mod sweep;
 pub mod times;
 
 #[cfg(test)]

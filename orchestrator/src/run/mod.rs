@@ -8,8 +8,10 @@
 //! records alone.
 
 pub mod backend;
+pub mod capacity;
 pub mod demand;
 mod epoch;
+pub mod estimate;
 mod fleet;
 mod guard;
 mod open_play;

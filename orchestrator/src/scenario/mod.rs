@@ -22,6 +22,7 @@ mod reach;
 mod resolve;
 mod schema;
 mod sharing;
+mod sweep;
 mod validate;
 
 pub use compile::compile;
@@ -34,6 +35,7 @@ pub use positions::LinkTable;
 pub use preset::{PRESETS, Preset, find as find_preset};
 pub use resolve::ResolvedScenario;
 pub use schema::schema;
+pub use sweep::{Axis, grid};
 
 #[cfg(test)]
 mod tests;

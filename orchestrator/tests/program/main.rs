@@ -15,5 +15,6 @@ mod kills;
 mod resume;
 #[path = "../support/mod.rs"]
 mod shared;
+mod sweep;
 mod terminal;
 mod usage;
