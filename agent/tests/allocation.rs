@@ -3,13 +3,15 @@
 //! count that its publisher and sample share).
 #![expect(unsafe_code, reason = "a counting allocator must implement GlobalAlloc")]
 
-use agent::craft::dispatch::dispatch;
+use agent::craft::dispatch::{dispatch, dispatch_stamped};
 use agent::craft::{Craft, Outbox};
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, FleetView, Literal, Topology};
+use shared_types::time::Nanos;
+use shared_types::trace::TraceRecord;
 use shared_types::transport::Endpoint;
 use shared_types::transport::memory::{MemoryEndpoint, MemoryNetwork, MemoryOptions};
-use shared_types::wire::{Class, EpochSpec, StrategyKind, TurnCommand};
+use shared_types::wire::{Class, EpochSpec, OpenSpec, StrategyKind, TurnCommand};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -76,6 +78,22 @@ fn restless_network() -> FleetNetwork {
         topology: Topology::new(parent.collect(), vec![0, 0, 1, 1]).expect("a tree"),
         script: Vec::new(),
         trace: Vec::new(),
+    }
+}
+
+fn spec(strategy: StrategyKind) -> EpochSpec {
+    EpochSpec {
+        epoch: 0,
+        network: 0,
+        seed: 3,
+        trial: 0,
+        strategy,
+        own_firing_only: true,
+        ignores_finals: true,
+        sends_altered_only: false,
+        record_bytes: 16,
+        turns_max: 1000,
+        open: None,
     }
 }
 
@@ -153,19 +171,7 @@ fn core_allocates_nothing_per_delta_in_the_steady_state() {
     let network = restless_network();
     let view = network.view();
     for strategy in StrategyKind::ALL {
-        let spec = EpochSpec {
-            epoch: 0,
-            network: 0,
-            seed: 3,
-            trial: 0,
-            strategy,
-            own_firing_only: true,
-            ignores_finals: true,
-            sends_altered_only: false,
-            record_bytes: 16,
-            turns_max: 1000,
-            open: None,
-        };
+        let spec = spec(strategy);
         let mut fleet = Fleet::new(&spec, &view);
         for turn in 0..200 {
             fleet.turn(turn, &view);
@@ -180,6 +186,100 @@ fn core_allocates_nothing_per_delta_in_the_steady_state() {
         assert!(deliveries >= 400 || strategy == StrategyKind::Null, "{strategy}: {deliveries}");
         assert_eq!(allocations, 0, "{strategy}: {deliveries} deliveries");
         assert!(fleet.reports >= 600 * u64::from(CRAFTS), "{strategy}");
+    }
+}
+
+/// The trace of a fleet whose crafts each write both shared facts and read one, `bursts` times, 10 us
+/// apart.
+fn restless_trace(bursts: u64) -> Vec<TraceRecord> {
+    let burst = |number: u64| {
+        let (at_ns, holds) = (number * 10_000, number.is_multiple_of(2));
+        let [first, second] = [1, 2].map(shared_types::ids::FactId);
+        [
+            TraceRecord::write(at_ns, first, holds),
+            TraceRecord::write(at_ns, second, holds),
+            TraceRecord::read(at_ns, first),
+        ]
+    };
+    (0..bursts).flat_map(burst).collect()
+}
+
+impl Fleet {
+    /// Plays everything that is due before `until`, and delivers it.
+    fn play_until(&mut self, until: Nanos, trace: &[TraceRecord], view: &FleetView<'_>) {
+        loop {
+            let part = |index: usize| if index < CRAFTS as usize { trace } else { &[] };
+            let due = self.crafts.iter().enumerate().filter_map(|(index, craft)| {
+                craft.next_due(part(index)).filter(|&at| at < until).map(|at| (at, index))
+            });
+            let next = due.min();
+            let arrival = self.network.next_due().filter(|&at| at < until);
+            match (next, arrival) {
+                (Some((at, index)), arrival) if arrival.is_none_or(|arrival| at <= arrival) => {
+                    self.network.advance_to(at);
+                    self.crafts[index].play_due(at, part(index), view, &mut self.out);
+                    self.publish_open(index);
+                }
+                (_, Some(_)) => {
+                    let receiver = self.network.deliver_next().expect("something arrives").index();
+                    let now = self.network.now();
+                    let (craft, out) = (&mut self.crafts[receiver], &mut self.out);
+                    self.endpoints[receiver]
+                        .drain(&mut |_, header, payload| {
+                            craft.stamp_applied(now);
+                            craft.arrive(now);
+                            let class = header.class().expect("a class");
+                            let kind = header.kind().expect("a kind");
+                            craft
+                                .receive(class, kind, header, payload, view, out)
+                                .expect("accepted");
+                        })
+                        .expect("drains");
+                    self.crafts[receiver].stamp_applied(now);
+                    self.publish_open(receiver);
+                }
+                (_, None) => return,
+            }
+        }
+    }
+
+    fn publish_open(&mut self, index: usize) {
+        let (network, craft) = (&self.network, &mut self.crafts[index]);
+        let mut clock = || network.now();
+        dispatch_stamped(&mut self.endpoints[index], &mut clock, &mut self.out, craft)
+            .expect("sends");
+    }
+}
+
+#[test]
+fn open_mode_allocates_nothing_per_delta_once_buffers_have_grown() {
+    const BURSTS: u64 = 3_000;
+    let network = restless_network();
+    let view = network.view();
+    let trace = restless_trace(BURSTS);
+    for strategy in StrategyKind::ALL.into_iter().filter(|strategy| strategy.plays_traces()) {
+        let spec = EpochSpec {
+            open: Some(OpenSpec {
+                duration_ns: BURSTS * 10_000,
+                slice_ns: 5_000_000,
+                asks_every_ns: 20_000,
+                stamps_stages: true,
+            }),
+            ..spec(strategy)
+        };
+        let mut fleet = Fleet::new(&spec, &view);
+        for index in 0..fleet.crafts.len() {
+            let part = if index < CRAFTS as usize { &trace[..] } else { &[] };
+            fleet.crafts[index].go(Nanos(0), part);
+        }
+        fleet.play_until(Nanos(BURSTS * 10_000 / 3), &trace, &view);
+        let before = fleet.deliveries();
+        let allocations = allocations_during(|| {
+            fleet.play_until(Nanos(BURSTS * 10_000), &trace, &view);
+        });
+        let deliveries = fleet.deliveries() - before;
+        assert!(deliveries >= 1_000 || strategy == StrategyKind::Null, "{strategy}: {deliveries}");
+        assert_eq!(allocations, 0, "{strategy}: {deliveries} deliveries");
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{Counting, Craft, Outbox, Outgoing};
 use shared_types::time::Nanos;
 use shared_types::transport::{Endpoint, SendError};
-use shared_types::wire::{Class, Stage, write_deltas};
+use shared_types::wire::{Class, INTENDED_BYTES, Stage, write_deltas, write_intended};
 
 /// Sends the planned samples in order and counts them; reports are left to the shell. Samples that
 /// the transport refuses for good are counted by the transport and do not stop the others.
@@ -41,7 +41,8 @@ pub fn dispatch_stamped(
     }
     send_all(endpoint, out, counting, &mut |sample| {
         let now = clock();
-        if sample.header.class == Class::Replication as u8 {
+        // A question to the centre holds no record.
+        if sample.header.class == Class::Replication as u8 && sample.header.record_count > 0 {
             measured.stage(Stage::RecordsPerSample, u64::from(sample.header.record_count));
         }
         if let Some(made) = made {
@@ -58,14 +59,20 @@ fn send_all(
     counting: &mut Counting,
     stamp: &mut impl FnMut(&Outgoing) -> Nanos,
 ) -> Result<(), SendError> {
-    let stride = counting.record_bytes;
+    let is_timed = !out.intended.is_empty();
+    let stride = counting.record_bytes + if is_timed { INTENDED_BYTES } else { 0 };
     for sample in out.samples.drain(..) {
         let published = stamp(&sample);
         let Outgoing { to, mut header, changes } = sample;
+        let intended = if is_timed { &out.intended[changes.clone()] } else { &[] };
         let changes = &out.changes[changes];
         let length = changes.len() * stride;
         header.published_ns = published.0;
-        match endpoint.send(to, header, length, &mut |slot| write_deltas(changes, stride, slot)) {
+        let mut write = |slot: &mut [u8]| {
+            write_deltas(changes, stride, slot);
+            write_intended(intended, stride, slot);
+        };
+        match endpoint.send(to, header, length, &mut write) {
             Ok(()) => {
                 let class = header.class().unwrap_or(Class::Replication);
                 counting.sent(class, length);
@@ -75,5 +82,6 @@ fn send_all(
         }
     }
     out.changes.clear();
+    out.intended.clear();
     Ok(())
 }

@@ -8,6 +8,8 @@
 mod autonomous;
 pub mod dispatch;
 mod open;
+mod open_centre;
+mod open_client;
 mod outbox;
 mod playing;
 mod schedule;
@@ -20,6 +22,8 @@ use crate::replication::central::Client;
 use crate::replication::centre::Centre;
 use autonomous::Autonomous;
 use open::Open;
+use open_centre::OpenCentre;
+use open_client::OpenClient;
 use shared_types::ids::{CraftId, Firing};
 use shared_types::knowledge::{Change, FleetView};
 use shared_types::time::Nanos;
@@ -38,6 +42,10 @@ enum Role {
     Autonomous(Box<Autonomous>),
     /// Replays a trace and replicates.
     Open(Box<Open>),
+    /// Replays a trace through the centre.
+    OpenClient(Box<OpenClient>),
+    /// Holds all boards while a trace is replayed.
+    OpenCentre(Box<OpenCentre>),
     /// Is told what to do.
     Client(Box<Client>),
     /// Holds all boards.
@@ -55,6 +63,8 @@ pub struct Craft {
     copies: u64,
     /// Records of the sample at hand.
     received: Vec<Change>,
+    /// When they were meant to be made, where they carry that.
+    received_intended: Vec<u64>,
     /// When what is received now arrived; open mode only.
     arrived: Nanos,
     measured: Measured,
@@ -73,6 +83,7 @@ impl Craft {
             counting: Counting::default(),
             copies: 1,
             received: Vec::new(),
+            received_intended: Vec::new(),
             arrived: Nanos(0),
             measured: Measured::default(),
             beside: Vec::new(),
@@ -145,8 +156,8 @@ impl Craft {
             Role::Absent => Peers::default(),
             Role::Autonomous(craft) => craft.peers(fleet),
             Role::Open(craft) => craft.peers(fleet),
-            Role::Client(_) => Client::peers(fleet),
-            Role::Centre(_) => Centre::peers(fleet),
+            Role::Client(_) | Role::OpenClient(_) => Client::peers(fleet),
+            Role::Centre(_) | Role::OpenCentre(_) => Centre::peers(fleet),
         }
     }
 
@@ -182,14 +193,14 @@ impl Craft {
                 }
                 Role::Client(client) => client.open_turn(now, turn, &mut self.counting, out),
                 Role::Centre(centre) => centre.open_turn(turn),
-                Role::Open(_) | Role::Absent => {}
+                Role::Open(_) | Role::OpenClient(_) | Role::OpenCentre(_) | Role::Absent => {}
             }
         }
         if command.is_last != 0 {
             match &mut self.role {
                 Role::Client(client) => client.sign_off(&mut self.counting, out),
                 Role::Centre(_) => {}
-                Role::Autonomous(_) | Role::Open(_) | Role::Absent => out.is_finished = true,
+                _ => out.is_finished = true,
             }
         }
     }
@@ -248,7 +259,7 @@ impl Craft {
             ..TrialReport::default()
         };
         match &self.role {
-            Role::Absent | Role::Client(_) => {}
+            Role::Absent | Role::Client(_) | Role::OpenClient(_) => {}
             Role::Autonomous(craft) => {
                 report.board_digests = vec![(self.craft.0, craft.digest())];
                 report.replica_digest = craft.replica_digest();
@@ -258,6 +269,7 @@ impl Craft {
                 report.replica_digest = craft.replica_digest();
             }
             Role::Centre(centre) => report.board_digests = centre.digests(),
+            Role::OpenCentre(centre) => report.board_digests = centre.digests(),
         }
         report
     }
@@ -281,6 +293,12 @@ impl Craft {
             }
             self.received.push(change);
         }
+        if matches!(self.role, Role::OpenClient(_) | Role::OpenCentre(_)) {
+            self.received_intended.clear();
+            for intended_ns in reader.intended_ns() {
+                self.received_intended.push(intended_ns.ok_or(Refusal::Length)?);
+            }
+        }
         self.counting.received(class, header, payload.len())?;
         let (changes, counting) = (&self.received[..], &mut self.counting);
         match (&mut self.role, kind) {
@@ -290,6 +308,18 @@ impl Craft {
             (Role::Open(craft), Kind::Delta) => {
                 let books = (counting, &mut self.measured);
                 craft.receive_delta(self.arrived, header, changes, fleet, books, out)
+            }
+            (Role::OpenClient(client), Kind::Reply) => {
+                counting.counters.hops += u64::from(header.hop_count);
+                let (records, books) =
+                    ((changes, &self.received_intended[..]), (counting, &mut self.measured));
+                client.receive_reply(self.arrived, header, records, fleet, books, out)
+            }
+            (Role::OpenCentre(centre), _) => {
+                counting.counters.hops += u64::from(header.hop_count);
+                let (records, books) =
+                    ((changes, &self.received_intended[..]), (counting, &mut self.measured));
+                centre.receive_request(self.arrived, (kind, header), records, fleet, books, out)
             }
             (Role::Client(client), Kind::Reply) => {
                 counting.counters.hops += u64::from(header.hop_count);

@@ -4,7 +4,7 @@
 //! one due time to the same hop ride in one sample, as many as an inbox takes, whatever the strategy;
 //! each is a request of its own. How late a craft is therefore moves no count, and one header says
 //! exactly when its changes were meant to be made. No rule runs. Not here: the central strategies, which
-//! need a conversation of their own.
+//! need a conversation of their own (`open_client`, `open_centre`).
 
 use super::outbox::{Counting, Outbox};
 use super::schedule::{Schedule, Seen};
@@ -28,10 +28,10 @@ struct Lane {
 
 /// Changes that were applied and await the stamp of their batch.
 #[derive(Clone, Copy, Debug)]
-struct Applied {
-    intended: Nanos,
-    way: Way,
-    changes: u32,
+pub(super) struct Applied {
+    pub(super) intended: Nanos,
+    pub(super) way: Way,
+    pub(super) changes: u32,
 }
 
 /// The state of a craft that replays a trace.

@@ -57,6 +57,9 @@ pub struct Outbox {
     pub samples: Vec<Outgoing>,
     /// The changes that the samples carry.
     pub changes: Vec<Change>,
+    /// When each of them was meant to be made, ns, where samples carry that change by change; else
+    /// empty.
+    pub intended: Vec<u64>,
     /// When the changes of these samples were made, in open mode; `None` for what is passed on.
     pub made: Option<Nanos>,
     /// Lines of the turn's ledger for the orchestrator, to be sent after the samples.
@@ -70,6 +73,7 @@ impl Outbox {
     pub fn clear(&mut self) {
         self.samples.clear();
         self.changes.clear();
+        self.intended.clear();
         self.made = None;
         self.reports.clear();
         self.is_finished = false;
@@ -79,6 +83,20 @@ impl Outbox {
     pub(crate) fn put_changes(&mut self, changes: &[Change]) -> Range<usize> {
         let start = self.changes.len();
         self.changes.extend_from_slice(changes);
+        start..self.changes.len()
+    }
+
+    /// Keeps changes with when they were meant to be made. All changes of a step are kept like this, or
+    /// none is.
+    pub(crate) fn put_timed(
+        &mut self,
+        changes: impl Iterator<Item = (Change, u64)>,
+    ) -> Range<usize> {
+        let start = self.changes.len();
+        for (change, intended_ns) in changes {
+            self.changes.push(change);
+            self.intended.push(intended_ns);
+        }
         start..self.changes.len()
     }
 

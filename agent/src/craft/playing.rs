@@ -1,6 +1,8 @@
 //! What a [`Craft`] does in open mode, whatever its role.
 
 use super::open::Open;
+use super::open_centre::OpenCentre;
+use super::open_client::OpenClient;
 use super::outbox::{Counting, Outbox};
 use super::schedule::Schedule;
 use super::{Craft, Role};
@@ -15,44 +17,66 @@ impl Craft {
     /// Starts an epoch of open mode.
     ///
     /// # Panics
-    /// If the strategy is a central one: those play no traces.
+    /// If the strategy plays no traces.
     pub(super) fn begin_open_epoch(
         &mut self,
         spec: &EpochSpec,
         open: &OpenSpec,
         fleet: &FleetView<'_>,
     ) {
-        assert!(!spec.strategy.has_centre(), "invariant: the caller refuses central strategies");
+        assert!(spec.strategy.plays_traces(), "invariant: the caller refuses what plays no traces");
         self.measured.begin(open, fleet.boards.len() + 1, &self.beside);
-        if self.craft.0 == fleet.craft_count() {
-            self.role = Role::Absent;
-            return;
-        }
-        if !matches!(self.role, Role::Open(_)) {
-            self.role = Role::Open(Box::new(Open::new()));
-        }
-        if let Role::Open(craft) = &mut self.role {
-            craft.begin_epoch(self.craft, spec, open, fleet);
+        let is_centre = self.craft.0 == fleet.craft_count();
+        match (&mut self.role, spec.strategy.has_centre(), is_centre) {
+            (Role::Open(craft), false, false) => craft.begin_epoch(self.craft, spec, open, fleet),
+            (Role::OpenClient(client), true, false) => {
+                client.begin_epoch(self.craft, spec, open, fleet);
+            }
+            (Role::OpenCentre(centre), true, true) => centre.begin_epoch(spec, open, fleet),
+            (role, false, false) => {
+                let mut craft = Box::new(Open::new());
+                craft.begin_epoch(self.craft, spec, open, fleet);
+                *role = Role::Open(craft);
+            }
+            (role, true, false) => {
+                let mut client = Box::<OpenClient>::default();
+                client.begin_epoch(self.craft, spec, open, fleet);
+                *role = Role::OpenClient(client);
+            }
+            (role, true, true) => {
+                let mut centre = Box::<OpenCentre>::default();
+                centre.begin_epoch(spec, open, fleet);
+                *role = Role::OpenCentre(centre);
+            }
+            (role, false, true) => *role = Role::Absent,
         }
     }
 
     /// The trace of open mode, of which `trace` is this craft's part, begins at `started`.
     pub fn go(&mut self, started: Nanos, trace: &[TraceRecord]) {
-        if let Some(schedule) = self.schedule_mut() {
-            let ends = schedule.start(started, trace);
-            let reads = trace.iter().filter(|record| record.holds().is_none()).count();
-            self.measured.start(started, ends, reads);
+        let ends = match &mut self.role {
+            Role::Open(craft) => craft.schedule_mut().start(started, trace),
+            Role::OpenClient(client) => client.start(started, trace),
+            Role::OpenCentre(centre) => centre.schedule_mut().start(started, &[]),
+            _ => return,
+        };
+        let reads = trace.iter().filter(|record| record.holds().is_none()).count();
+        self.measured.start(started, ends, reads);
+    }
+
+    /// When there is something to do without a message: a record of `trace` is due, or a question to
+    /// the centre.
+    #[must_use]
+    pub fn next_due(&self, trace: &[TraceRecord]) -> Option<Nanos> {
+        match &self.role {
+            Role::Open(craft) => craft.schedule().next_due(trace),
+            Role::OpenClient(client) => client.next_due(trace),
+            _ => None,
         }
     }
 
-    /// When the next record of `trace` is due.
-    #[must_use]
-    pub fn next_due(&self, trace: &[TraceRecord]) -> Option<Nanos> {
-        self.schedule().and_then(|schedule| schedule.next_due(trace))
-    }
-
-    /// Makes what this craft's `trace` has for the next due time, if that has come by `now`; says
-    /// whether it had.
+    /// Makes what this craft's `trace` has for the next due time, if that has come by `now`, or asks
+    /// the centre, if it is time for that; says whether there was something to do.
     pub fn play_due(
         &mut self,
         now: Nanos,
@@ -63,6 +87,7 @@ impl Craft {
         let books = (&mut self.counting, &mut self.measured);
         match &mut self.role {
             Role::Open(craft) => craft.play(now, trace, fleet, books, out),
+            Role::OpenClient(client) => client.play(now, trace, fleet, books, out),
             _ => false,
         }
     }
@@ -76,8 +101,11 @@ impl Craft {
     /// What was applied since the last call is known at `now`.
     #[inline]
     pub fn stamp_applied(&mut self, now: Nanos) {
-        if let Role::Open(craft) = &mut self.role {
-            craft.stamp_applied(now, &mut self.measured);
+        match &mut self.role {
+            Role::Open(craft) => craft.stamp_applied(now, &mut self.measured),
+            Role::OpenClient(client) => client.stamp_applied(now, &mut self.measured),
+            Role::OpenCentre(centre) => centre.stamp_applied(now, &mut self.measured),
+            _ => {}
         }
     }
 
@@ -87,11 +115,13 @@ impl Craft {
         &self.measured
     }
 
-    /// The board; `None` outside of open mode.
+    /// The board, or what a client of the centre knows of it; `None` for the centre and outside of open
+    /// mode.
     #[must_use]
     pub fn open_board(&self) -> Option<&Blackboard> {
         match &self.role {
             Role::Open(craft) => Some(craft.board()),
+            Role::OpenClient(client) => Some(client.mirror()),
             _ => None,
         }
     }
@@ -102,7 +132,12 @@ impl Craft {
     pub fn tally(&self, now: Nanos, waiting: usize) -> TallyReport {
         let [replication, reply] = [Class::Replication, Class::Reply]
             .map(|class| &self.counting.counters.traffic[class as usize]);
-        let left = self.schedule().map_or(0, |schedule| schedule.left(now));
+        let left = match &self.role {
+            Role::Open(craft) => craft.schedule().left(now),
+            Role::OpenClient(client) => client.left(now),
+            Role::OpenCentre(centre) => centre.left(),
+            _ => 0,
+        };
         TallyReport {
             sent: (replication.transmissions + reply.transmissions) * self.copies,
             received: replication.deliveries + reply.deliveries,
@@ -133,13 +168,8 @@ impl Craft {
     fn schedule(&self) -> Option<&Schedule> {
         match &self.role {
             Role::Open(craft) => Some(craft.schedule()),
-            _ => None,
-        }
-    }
-
-    fn schedule_mut(&mut self) -> Option<&mut Schedule> {
-        match &mut self.role {
-            Role::Open(craft) => Some(craft.schedule_mut()),
+            Role::OpenClient(client) => Some(client.schedule()),
+            Role::OpenCentre(centre) => Some(centre.schedule()),
             _ => None,
         }
     }

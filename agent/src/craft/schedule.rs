@@ -53,7 +53,11 @@ impl Schedule {
 
     /// Records that will still be played, as it looks at `now`.
     pub(super) fn left(&self, now: Nanos) -> usize {
-        if self.started.is_none() || self.is_over(now) { 0 } else { self.playable - self.played }
+        if self.started.is_none() || self.is_too_late(now) {
+            0
+        } else {
+            self.playable - self.played
+        }
     }
 
     /// When the next record is due.
@@ -69,7 +73,7 @@ impl Schedule {
         now: Nanos,
         trace: &'a [TraceRecord],
     ) -> Option<(u64, &'a [TraceRecord])> {
-        if self.next_due(trace)? > now || self.is_over(now) {
+        if self.next_due(trace)? > now || self.is_too_late(now) {
             return None;
         }
         let rest = &trace[self.played..self.playable];
@@ -78,8 +82,18 @@ impl Schedule {
         Some((together[0].at_ns, together))
     }
 
-    /// Whether nothing is played any more.
-    fn is_over(&self, now: Nanos) -> bool {
+    /// Whether the interval has begun, or its beginning is known.
+    pub(super) const fn has_started(&self) -> bool {
+        self.started.is_some()
+    }
+
+    /// Whether the interval is over and nothing will be played any more.
+    pub(super) fn is_over(&self, now: Nanos) -> bool {
+        now >= self.ends() && self.left(now) == 0
+    }
+
+    /// Whether it is too late for what was not played.
+    fn is_too_late(&self, now: Nanos) -> bool {
         now > self.ends().plus(LATE_PLAY_NS)
     }
 }

@@ -54,8 +54,11 @@ pub enum SimulationError {
         /// What every process counted until then.
         reports: Vec<TrialReport>,
     },
-    /// A trace was given to a strategy that plays none yet.
-    #[error("`{0}` does not play traces yet; the strategies without a centre do")]
+    /// A trace was given to a strategy that plays none.
+    #[error(
+        "`{0}` plays no traces: in open mode every request to the centre awaits its reply; take \
+         `central` or `central-batched`"
+    )]
     NotOpen(StrategyKind),
     /// A craft reported what does not fit.
     #[error(transparent)]

@@ -10,6 +10,7 @@ use super::backend::{PlayError, PlayedOpen};
 use super::fleet::RealFleet;
 use super::play::taking_part;
 use super::reports::Reports;
+use agent::simulation::SimulationError;
 use shared_types::knowledge::FleetNetwork;
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
@@ -42,6 +43,9 @@ impl RealFleet<'_> {
         let Some(open) = spec.open else {
             return Err(PlayError::Failed("the epoch is not one of open mode".to_owned()));
         };
+        if !spec.strategy.plays_traces() {
+            return Err(SimulationError::NotOpen(spec.strategy).into());
+        }
         self.control = Traffic::default();
         self.begin(spec, network)?;
         let processes = taking_part(self, spec);

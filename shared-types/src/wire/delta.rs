@@ -7,6 +7,9 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 /// Size of a delta record without padding.
 pub const DELTA_BYTES: usize = size_of::<DeltaRecord>();
 
+/// Bytes by which a record is longer that carries its change's intended time.
+pub const INTENDED_BYTES: usize = size_of::<u64>();
+
 /// One change on the wire, in ids of the board that wrote it; the writer is the version's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
@@ -66,6 +69,18 @@ pub fn write_deltas(changes: &[Change], stride: usize, payload: &mut [u8]) {
     }
 }
 
+/// Writes into the last bytes of each record of `stride` bytes when its change was meant to be made.
+/// Records that carry this are [`INTENDED_BYTES`] longer than others.
+///
+/// # Panics
+/// If a record has no room for it.
+pub fn write_intended(intended_ns: &[u64], stride: usize, payload: &mut [u8]) {
+    for (intended_ns, slot) in intended_ns.iter().zip(payload.chunks_exact_mut(stride)) {
+        assert!(stride >= DELTA_BYTES + INTENDED_BYTES, "invariant: a record fits its stride");
+        slot[stride - INTENDED_BYTES..].copy_from_slice(&intended_ns.to_le_bytes());
+    }
+}
+
 /// Reads the records of a payload in place.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaReader<'a> {
@@ -84,6 +99,15 @@ impl<'a> DeltaReader<'a> {
         let stride = payload.len() / count;
         (stride >= DELTA_BYTES && stride * count == payload.len())
             .then_some(Self { payload, stride })
+    }
+
+    /// When each change was meant to be made, ns, as [`write_intended`] wrote it; `None` if records have
+    /// no room for that.
+    pub fn intended_ns(self) -> impl Iterator<Item = Option<u64>> + use<'a> {
+        let has_room = self.stride >= DELTA_BYTES + INTENDED_BYTES;
+        self.payload.chunks_exact(self.stride).map(move |slot| {
+            slot.last_chunk().filter(|_| has_room).map(|last| u64::from_le_bytes(*last))
+        })
     }
 
     /// The changes in order; `None` for a record whose value does not exist.

@@ -87,6 +87,13 @@ impl StrategyKind {
         matches!(self, Self::Full)
     }
 
+    /// Whether it plays traces in open mode. There every request awaits its reply, so that `pipelined`
+    /// would be `central` under another name.
+    #[must_use]
+    pub const fn plays_traces(self) -> bool {
+        !matches!(self, Self::Pipelined)
+    }
+
     /// Whether receivers keep what others told in a replica store.
     #[must_use]
     pub const fn keeps_replicas(self) -> bool {

@@ -14,7 +14,9 @@ mod open;
 mod report;
 
 pub use control::{TallyReport, TurnCommand, TurnPhase, TurnReport};
-pub use delta::{DELTA_BYTES, DeltaReader, DeltaRecord, write_deltas};
+pub use delta::{
+    DELTA_BYTES, DeltaReader, DeltaRecord, INTENDED_BYTES, write_deltas, write_intended,
+};
 pub use epoch::{ArchivedEpochSpec, EpochSpec, StrategyKind};
 pub use header::{Class, FORMAT_VERSION, HEADER_BYTES, Header, Kind, Refusal};
 pub use open::{HeldFact, OpenReport, OpenSpec, ReadSeen, Stage};

@@ -78,6 +78,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         let Self { endpoint, surroundings, craft, out, orders, interval, .. } = self;
         let is_staged = craft.measured().is_staged();
         let mut clock = || surroundings.now();
+        if !is_staged {
+            craft.arrive(clock());
+        }
         let arrived = endpoint.drain(&mut |_, header, payload| {
             match (header.class(), header.kind()) {
                 (Some(class @ (Class::Replication | Class::Reply)), Some(kind)) => {
@@ -111,9 +114,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             dispatch_stamped(endpoint, &mut clock, out, craft)?;
             played += 1;
         }
-        if played > 0 {
-            interval.next_due = craft.next_due(trace);
-        }
+        interval.next_due = craft.next_due(trace);
         Ok(arrived + played)
     }
 

@@ -1,0 +1,224 @@
+//! A client of the centre in open mode: it replays its part of a trace through a conversation.
+//!
+//! Its board lives at the centre; what it knows is a mirror, written by its own writes and by what it
+//! reads from replies. One request is under way at a time. Writes that are due meanwhile wait: under
+//! `central` each is a request of its own, under `central-batched` all that wait are one. A client that
+//! has nothing to send asks at an interval what is new. Changes of one sample differ in when they were
+//! meant to be made, so each carries that time. When the interval is over, everything is sent and the
+//! centre says that nothing will come any more, the client asks no longer. Not here: the centre's side
+//! (`open_centre`).
+
+use super::open::Applied;
+use super::outbox::{Counting, Outbox, header};
+use super::schedule::{Schedule, Seen};
+use crate::blackboard::Blackboard;
+use crate::metrics::{Measured, Way};
+use shared_types::ids::{CraftId, Turn};
+use shared_types::knowledge::{Change, FleetView, Literal};
+use shared_types::limits::INBOX_PAYLOAD_BYTES;
+use shared_types::time::Nanos;
+use shared_types::trace::TraceRecord;
+use shared_types::transport::Destination;
+use shared_types::wire::{
+    Class, EpochSpec, Header, INTENDED_BYTES, Kind, OpenSpec, Refusal, Stage, StrategyKind,
+};
+use std::collections::VecDeque;
+
+/// Flag of a request: its sender will write no more.
+pub(super) const WRITES_NO_MORE: u32 = 1;
+
+/// Flag of a reply: nothing will come any more.
+pub(super) const ALL_IS_SAID: u32 = 1;
+
+/// Flag of a reply: it did not hold everything that is new.
+pub(super) const MORE_IS_NEW: u32 = 2;
+
+/// A write that no request has taken yet.
+#[derive(Clone, Copy, Debug)]
+struct Unsent {
+    change: Change,
+    intended_ns: u64,
+    made: Nanos,
+}
+
+/// The state of a client that replays a trace.
+#[derive(Debug, Default)]
+pub(super) struct OpenClient {
+    craft: CraftId,
+    centre: CraftId,
+    epoch: u32,
+    sends_altered_only: bool,
+    /// Changes of one request.
+    records_max: usize,
+    asks_every_ns: u64,
+    mirror: Blackboard,
+    schedule: Schedule,
+    seen: Seen,
+    unsent: VecDeque<Unsent>,
+    /// Whether a reply is awaited.
+    awaits_reply: bool,
+    /// When it asks what is new, if it has nothing to send until then.
+    asks_at: Nanos,
+    is_finished: bool,
+    applied: Vec<Applied>,
+}
+
+impl OpenClient {
+    /// Starts an epoch of `open`.
+    pub(super) fn begin_epoch(
+        &mut self,
+        craft: CraftId,
+        spec: &EpochSpec,
+        open: &OpenSpec,
+        fleet: &FleetView<'_>,
+    ) {
+        self.craft = craft;
+        self.centre = CraftId(fleet.craft_count());
+        self.epoch = spec.epoch;
+        self.sends_altered_only = spec.sends_altered_only;
+        self.records_max = match spec.strategy {
+            StrategyKind::Central => 1,
+            _ => INBOX_PAYLOAD_BYTES / (spec.record_bytes as usize + INTENDED_BYTES),
+        };
+        self.asks_every_ns = open.asks_every_ns.max(1);
+        self.mirror.reset(fleet.board(craft));
+        self.schedule = Schedule::of(open);
+        self.seen.reset(fleet.board(craft).fact_count);
+        self.unsent.clear();
+        self.awaits_reply = false;
+        self.is_finished = false;
+        self.applied.clear();
+    }
+
+    /// The trace begins at `started`; returns when it ends. Clients ask one after the other.
+    pub(super) fn start(&mut self, started: Nanos, trace: &[TraceRecord]) -> Nanos {
+        let clients = u64::from(self.centre.0).max(1);
+        let share = self.asks_every_ns / clients * (u64::from(self.craft.0) + 1);
+        self.asks_at = started.plus(share);
+        self.schedule.start(started, trace)
+    }
+
+    pub(super) const fn schedule(&self) -> &Schedule {
+        &self.schedule
+    }
+
+    pub(super) const fn mirror(&self) -> &Blackboard {
+        &self.mirror
+    }
+
+    /// What it still has to do at `now`.
+    pub(super) fn left(&self, now: Nanos) -> usize {
+        self.schedule.left(now) + self.unsent.len() + usize::from(!self.is_finished)
+    }
+
+    /// When there is something to do without a message.
+    pub(super) fn next_due(&self, trace: &[TraceRecord]) -> Option<Nanos> {
+        let asks = !self.awaits_reply && !self.is_finished && self.schedule.has_started();
+        let asks_at = asks.then_some(self.asks_at);
+        [self.schedule.next_due(trace), asks_at].into_iter().flatten().min()
+    }
+
+    /// Makes the writes and reads of the next due time, or asks; says whether either was due.
+    pub(super) fn play(
+        &mut self,
+        now: Nanos,
+        trace: &[TraceRecord],
+        fleet: &FleetView<'_>,
+        (counting, measured): (&mut Counting, &mut Measured),
+        out: &mut Outbox,
+    ) -> bool {
+        let Some((at_ns, together)) = self.schedule.take_due(now, trace) else {
+            return self.exchange(now, counting, out);
+        };
+        let board = fleet.board(self.craft);
+        let intended = self.schedule.started().plus(at_ns);
+        for record in together {
+            let fact = record.fact();
+            let Some(holds) = record.holds() else {
+                let made_ns = now.since(self.schedule.started());
+                measured.read(made_ns, self.seen.newest_ns(fact));
+                continue;
+            };
+            measured.stage(Stage::Schedule, now.since(intended));
+            self.seen.note(fact, at_ns);
+            let literal = if holds { Literal::holds(fact) } else { Literal::is_absent(fact) };
+            let change = self.mirror.write(board, self.craft, literal);
+            let is_sent = change.altered || !self.sends_altered_only;
+            counting.fired(board, if is_sent { std::slice::from_ref(&change) } else { &[] });
+            if is_sent {
+                self.unsent.push_back(Unsent { change, intended_ns: intended.0, made: now });
+            }
+        }
+        self.exchange(now, counting, out);
+        true
+    }
+
+    /// Reads a reply and sends the next request, if it has a reason for one.
+    pub(super) fn receive_reply(
+        &mut self,
+        received: Nanos,
+        header: &Header,
+        (changes, intended): (&[Change], &[u64]),
+        fleet: &FleetView<'_>,
+        (counting, measured): (&mut Counting, &mut Measured),
+        out: &mut Outbox,
+    ) -> Result<(), Refusal> {
+        if !self.awaits_reply {
+            return Err(Refusal::Kind);
+        }
+        let board = fleet.board(self.craft);
+        let way = Way { received, wake_ns: received.since(Nanos(header.published_ns)) };
+        measured.woken(header.source, header.hop_count, way.wake_ns);
+        for (change, &intended_ns) in changes.iter().zip(intended) {
+            let origin = change.version.writer;
+            let own = fleet.board(origin).target_on(change.fact, self.craft);
+            let own = own.ok_or(Refusal::Record)?;
+            self.mirror.merge(board, own, change.value, change.version);
+            let intended = Nanos(intended_ns);
+            self.seen.note(own, intended.since(self.schedule.started()));
+            measured.applied(origin, 1);
+            self.applied.push(Applied { intended, way, changes: 1 });
+        }
+        self.awaits_reply = false;
+        self.is_finished = header.argument & ALL_IS_SAID != 0;
+        let has_more = header.argument & MORE_IS_NEW != 0;
+        self.asks_at = if has_more { received } else { received.plus(self.asks_every_ns) };
+        self.exchange(received, counting, out);
+        Ok(())
+    }
+
+    /// Stamps what was applied since the last call as known at `now`.
+    pub(super) fn stamp_applied(&mut self, now: Nanos, measured: &mut Measured) {
+        for Applied { intended, way, changes } in self.applied.drain(..) {
+            measured.known(now, intended, way, changes);
+        }
+    }
+
+    /// Sends what waits or, when it is time, asks; says whether it sent something.
+    fn exchange(&mut self, now: Nanos, counting: &mut Counting, out: &mut Outbox) -> bool {
+        if self.awaits_reply || self.is_finished || !self.schedule.has_started() {
+            return false;
+        }
+        if self.unsent.is_empty() && now < self.asks_at {
+            return false;
+        }
+        let to = Destination::Craft(self.centre);
+        let fitting = self.unsent.len().min(self.records_max);
+        let kind = if fitting > 0 { Kind::Result } else { Kind::Instruction };
+        let is_last = fitting == self.unsent.len() && self.schedule.is_over(now);
+        let mut header = header(Class::Replication, kind, self.craft, self.epoch, Turn(0));
+        header.argument = if is_last { WRITES_NO_MORE } else { 0 };
+        self.awaits_reply = true;
+        if let Some(oldest) = self.unsent.front() {
+            header.intended_ns = oldest.intended_ns;
+            out.made = Some(oldest.made);
+            let taken = self.unsent.drain(..fitting);
+            let range = out.put_timed(taken.map(|unsent| (unsent.change, unsent.intended_ns)));
+            out.send_batch(to, header, range, counting);
+        } else {
+            header.intended_ns = now.0;
+            out.send(to, header, 0..0, counting);
+        }
+        true
+    }
+}
