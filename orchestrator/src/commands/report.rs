@@ -39,11 +39,11 @@ pub fn report(arguments: &ReportArguments, setting: Setting) -> Result<Outcome, 
     if verb.is_some_and(|verb| verb == "compare" || verb == "reproduce") {
         let published = if is_published(&directory) { published_means() } else { Vec::new() };
         let report = Compare { summary, published, directory, program: program() };
-        write_page(arguments, &run.directory, setting, || report.page());
+        write_page(arguments, &run.directory, setting, || report.page(&run));
         print_report(&report, setting, arguments.all)
     } else {
         let report = Mission { summary, directory, program: program() };
-        write_page(arguments, &run.directory, setting, || report.page());
+        write_page(arguments, &run.directory, setting, || report.page(&run));
         print_report(&report, setting, arguments.all)
     }
 }

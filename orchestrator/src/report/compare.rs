@@ -9,6 +9,7 @@ use super::pictures::gallery;
 use super::table::{Colour, Table, clip, column, short, wrap};
 use super::{Look, Report, details, document, incidents, pairs};
 use crate::results::figure::Figure;
+use crate::results::read::RunData;
 use crate::results::record::TrialEnd;
 use crate::results::statistics::Quantile;
 use crate::results::summary::Summary;
@@ -75,10 +76,10 @@ impl Report for Compare {
 impl Compare {
     /// The page of the same report, with its pictures.
     #[must_use]
-    pub fn page(&self) -> Page {
+    pub fn page(&self, run: &RunData) -> Page {
         let heading = "What every strategy sends and costs".to_owned();
         let text = self.table(Look { colour: Colour::Never, all: true });
-        let pictures = gallery(&self.summary, &self.published);
+        let pictures = gallery(run, &self.summary, &self.published);
         Page::of(&self.summary, vec![(heading, self.main_table())], pictures, text)
     }
 

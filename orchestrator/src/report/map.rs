@@ -19,18 +19,22 @@ const SIZES_BESIDE: usize = (WIDTH - NAME_WIDTH) / CELL_WIDTH;
 #[must_use]
 pub fn text(map: &Map, colour: Colour) -> String {
     let mut text = format!("{}\n{}", colour.heading(TITLE), wrap("", &headline(map)));
-    for (name, measure) in MEASURES {
+    for (place, (name, measure)) in MEASURES.into_iter().enumerate() {
         text += &format!("\n{}\n", colour.heading(&clip(name, WIDTH)));
         for sizes in map.sizes.chunks(SIZES_BESIDE) {
             text += &panel(map, sizes, measure, colour);
+            // The costs of samples are of CPU: they say nothing about times.
+            if place == 0 && !map.predicted_cpu.is_empty() {
+                text += &crossings(map, sizes);
+            }
         }
     }
     text + "\n" + &legend(map)
 }
 
 fn panel(map: &Map, sizes: &[u32], measure: Measure, colour: Colour) -> String {
-    let heads = sizes.iter().map(|size| format!("{:>CELL_WIDTH$}", format!("{size} crafts")));
-    let mut text = format!("{:<NAME_WIDTH$}{}\n", "k beta", heads.collect::<String>());
+    let heads = sizes.iter().map(|size| cell(&format!("{size} crafts"), ' '));
+    let mut text = line("k beta", heads);
     let mut is_above_one = true;
     for &k_beta in map.k_betas.iter().rev() {
         if is_above_one && k_beta < 1.0 {
@@ -42,33 +46,43 @@ fn panel(map: &Map, sizes: &[u32], measure: Measure, colour: Colour) -> String {
             let is_it =
                 |cell: &&MapCell| cell.size == size && cell.k_beta.total_cmp(&k_beta).is_eq();
             let found = map.cells.iter().find(is_it);
-            found
-                .map_or_else(|| format!("{DASH:>CELL_WIDTH$}"), |cell| words(cell, measure, colour))
+            found.map_or_else(|| cell(DASH, ' '), |found| words(found, measure, colour))
         });
-        text += &format!("{:<NAME_WIDTH$}", Unit::Plain.format(k_beta));
-        text += &format!("{}\n", cells.collect::<String>());
-    }
-    if !map.predicted_cpu.is_empty() {
-        let crossings = sizes.iter().map(|&size| {
-            let crossing = map.predicted_cpu.iter().find(|(known, _)| *known == size);
-            let number =
-                crossing.map_or_else(|| DASH.to_owned(), |&(_, at)| Unit::Plain.format(at));
-            format!("{number:>CELL_WIDTH$}")
-        });
-        text += &format!("{:<NAME_WIDTH$}{}\n", "CPU at", crossings.collect::<String>());
+        text += &line(&Unit::Plain.format(k_beta), cells);
     }
     text
 }
 
+/// Where CPU is predicted to change over, size by size.
+fn crossings(map: &Map, sizes: &[u32]) -> String {
+    let cells = sizes.iter().map(|&size| {
+        let crossing = map.predicted_cpu.iter().find(|(known, _)| *known == size);
+        let number = crossing.map_or_else(|| DASH.to_owned(), |&(_, at)| Unit::Plain.format(at));
+        cell(&number, ' ')
+    });
+    line("CPU at", cells)
+}
+
+fn line(name: &str, cells: impl Iterator<Item = String>) -> String {
+    let line = format!("{name:<NAME_WIDTH$}{}", cells.collect::<String>());
+    format!("{}\n", line.trim_end())
+}
+
+/// `words` on the right of a cell, before a column for its mark.
+fn cell(words: &str, mark: char) -> String {
+    let width = CELL_WIDTH - 1;
+    format!("{words:>width$}{mark}")
+}
+
 /// `F 1.31/9*`: winner, margin, blocks, and a star where the count names another.
-fn words(cell: &MapCell, measure: Measure, colour: Colour) -> String {
-    let choice = measure(cell);
-    let Some(shown) = choice else { return format!("{DASH:>CELL_WIDTH$}") };
-    let is_wrong = is_count_wrong(cell, choice);
+fn words(of: &MapCell, measure: Measure, colour: Colour) -> String {
+    let choice = measure(of);
+    let Some(shown) = choice else { return cell(DASH, ' ') };
+    let is_wrong = is_count_wrong(of, choice);
     let letter = shown.strategy.map_or('.', |strategy| Mark::of(strategy).letter);
     let mark = if is_wrong { '*' } else { ' ' };
     let margin = Unit::Plain.format(shown.margin);
-    let words = format!("{:>CELL_WIDTH$}", format!("{letter} {margin}/{}{mark}", cell.n));
+    let words = cell(&format!("{letter} {margin}/{}", of.n), mark);
     if is_wrong { colour.alarm(&words) } else { words }
 }
 

@@ -94,7 +94,7 @@ impl Page {
             body.push(Element::new("h2").text("Pictures"));
         }
         for picture in &self.pictures {
-            body.push(Element::new("figure").with("id", picture.name).holding(picture.inline()));
+            body.push(Element::new("figure").with("id", &picture.name).holding(picture.inline()));
         }
         body.push(Element::new("h2").text("As on the terminal"));
         body.push(Element::new("pre").text(&self.text));

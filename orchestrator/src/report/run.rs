@@ -8,6 +8,7 @@ use super::page::Page;
 use super::pictures::gallery;
 use super::table::{Colour, Table, clip, column, exact, short, wrap};
 use super::{Look, Report, details, document, incidents};
+use crate::results::read::RunData;
 use crate::results::record::{TrialEnd, TrialFacts};
 use crate::results::summary::{CountedCell, Summary};
 use shared_types::wire::StrategyKind;
@@ -64,10 +65,10 @@ impl Report for Mission {
 impl Mission {
     /// The page of the same report, with its pictures.
     #[must_use]
-    pub fn page(&self) -> Page {
+    pub fn page(&self, run: &RunData) -> Page {
         let heading = "How trials ended, and what was sent".to_owned();
         let text = self.table(Look { colour: Colour::Never, all: true });
-        let pictures = gallery(&self.summary, &[]);
+        let pictures = gallery(run, &self.summary, &[]);
         Page::of(&self.summary, vec![(heading, self.main_table())], pictures, text)
     }
 

@@ -85,7 +85,7 @@ pub fn map(map: &Map) -> Picture {
         );
     }
     Picture {
-        name: NAME,
+        name: NAME.to_owned(),
         title: TITLE.to_owned(),
         about: headline(map),
         legend: legend(map),
@@ -110,7 +110,7 @@ fn legend(map: &Map) -> Vec<Entry> {
     entries.push(Entry::new(hatching, "counts name another strategy"));
     entries.push(Entry::new(Sign::Limit(COUNTS), "counts change over (k beta = 1)"));
     if !map.predicted_cpu.is_empty() {
-        entries.push(Entry::new(Sign::Limit(""), "CPU predicted to"));
+        entries.push(Entry::new(Sign::Limit(""), "CPU predicted to change over"));
     }
     entries
 }

@@ -4,9 +4,15 @@
 //! too little says so in its place. Not here: how charts are drawn (see [`super::svg`]), and where the
 //! files go (see [`super::page`]).
 
+pub mod capacity;
+pub mod hops;
+pub mod knowledge;
+mod loads;
 pub mod map;
 pub mod requests;
+pub mod shares;
 mod sizes;
+pub mod staleness;
 pub mod turn_time;
 
 #[cfg(test)]
@@ -14,11 +20,18 @@ mod tests;
 
 use super::compare::PublishedMean;
 use super::svg::picture::Picture;
+use crate::results::read::RunData;
 use crate::results::summary::Summary;
 
 /// Every picture that the run carries data for, in the order of the page.
 #[must_use]
-pub fn gallery(summary: &Summary, published: &[PublishedMean]) -> Vec<Picture> {
-    let pictures = [turn_time::turn_time(summary), requests::requests(summary, published)];
-    pictures.into_iter().flatten().collect()
+pub fn gallery(run: &RunData, summary: &Summary, published: &[PublishedMean]) -> Vec<Picture> {
+    let mut pictures = knowledge::knowledge(run, summary);
+    pictures.extend(shares::shares(summary));
+    pictures.extend(hops::hops(summary));
+    pictures.extend(staleness::staleness(summary));
+    pictures.extend(capacity::capacity(summary));
+    pictures.extend(turn_time::turn_time(summary));
+    pictures.extend(requests::requests(summary, published));
+    pictures
 }

@@ -64,7 +64,7 @@ pub fn requests(summary: &Summary, published: &[PublishedMean]) -> Option<Pictur
         }
     }
     Some(Picture {
-        name: NAME,
+        name: NAME.to_owned(),
         title: title.to_owned(),
         about: "A request is all changes of one firing over one hop; a multicast is one."
             .to_owned(),

@@ -10,9 +10,10 @@ use crate::results::figure::Figure;
 use crate::results::inference::Verdict;
 use crate::results::map::{Choice, Map, MapCell};
 use crate::results::read::read_run;
-use crate::results::sample::{leave_blocks, leave_run};
+use crate::results::sample::{leave_blocks, leave_loads, leave_run};
 use crate::results::summary::Summary;
 use shared_types::wire::StrategyKind;
+use std::path::Path;
 
 fn texts(picture: &Picture) -> Vec<String> {
     let text = picture.document();
@@ -35,12 +36,17 @@ fn published() -> Vec<PublishedMean> {
     vec![mean(StrategyKind::Full, true), mean(StrategyKind::Limited, false)]
 }
 
+fn pictures_of(directory: &Path) -> Vec<Picture> {
+    let run = read_run(directory).unwrap();
+    gallery(&run, &Summary::of(&run), &published())
+}
+
 #[test]
 fn a_comparison_has_turn_times_and_requests() {
     let place = tempfile::tempdir().unwrap();
-    let summary = leave_run(place.path(), &[2, 10]);
-    let pictures = gallery(&summary, &published());
-    let names: Vec<&str> = pictures.iter().map(|picture| picture.name).collect();
+    leave_run(place.path(), &[2, 10]);
+    let pictures = pictures_of(place.path());
+    let names: Vec<&str> = pictures.iter().map(|picture| picture.name.as_str()).collect();
     assert_eq!(names, ["turn-time", "requests"]);
     assert!(has(&pictures[0], "null") && has(&pictures[0], "central-batched"));
     assert!(has(&pictures[0], "No intervals"));
@@ -53,8 +59,8 @@ fn a_comparison_has_turn_times_and_requests() {
 #[test]
 fn intervals_over_blocks_are_drawn() {
     let place = tempfile::tempdir().unwrap();
-    let summary = leave_blocks(place.path(), 1, 4, 1.5);
-    let pictures = gallery(&summary, &[]);
+    leave_blocks(place.path(), 1, 4, 1.5);
+    let pictures = pictures_of(place.path());
     assert!(has(&pictures[0], "95 % interval over blocks"));
     assert!(pictures[0].document().contains("whisker s-full"));
     assert!(has(&pictures[0], "from 4 fresh fleets"));
@@ -62,8 +68,17 @@ fn intervals_over_blocks_are_drawn() {
 
 #[test]
 fn a_run_cut_at_any_byte_still_has_its_pictures() {
-    let whole = tempfile::tempdir().unwrap();
-    leave_run(whole.path(), &[2]);
+    for leave in
+        [|place: &Path| leave_run(place, &[2]), |place: &Path| leave_loads(place, 1, 2, 500, 1.2)]
+    {
+        let whole = tempfile::tempdir().unwrap();
+        leave(whole.path());
+        cut_everywhere(&whole);
+    }
+}
+
+/// Cuts each file of `whole` at several bytes and draws what is left.
+fn cut_everywhere(whole: &tempfile::TempDir) {
     let files: Vec<_> =
         std::fs::read_dir(whole.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
     for file in &files {
@@ -75,12 +90,37 @@ fn a_run_cut_at_any_byte_still_has_its_pictures() {
             }
             let kept = &bytes[..bytes.len() * share / 100];
             std::fs::write(cut.path().join(file.file_name().unwrap()), kept).unwrap();
-            let run = read_run(cut.path()).unwrap();
-            for picture in gallery(&Summary::of(&run), &published()) {
+            for picture in pictures_of(cut.path()) {
                 assert!(!texts(&picture).is_empty(), "{}", picture.name);
             }
         }
     }
+}
+
+#[test]
+fn loads_have_curves_shares_hops_staleness_and_capacity() {
+    let place = tempfile::tempdir().unwrap();
+    leave_loads(place.path(), 1, 3, 5000, 1.3);
+    let pictures = pictures_of(place.path());
+    let names: Vec<&str> = pictures.iter().map(|picture| picture.name.as_str()).collect();
+    assert_eq!(names, ["knowledge-10", "shares-10", "hops-10", "staleness-10", "capacity"]);
+    let of = |name: &str| pictures.iter().find(|picture| picture.name == name).unwrap();
+    let knowledge = of("knowledge-10");
+    // 15,000 events carry 99.9 and no more.
+    assert!(texts(knowledge).contains(&"99.9".to_owned()), "{:?}", texts(knowledge));
+    assert!(!texts(knowledge).contains(&"99.99".to_owned()));
+    assert!(has(knowledge, "central-batched 3 ms"));
+    assert!(!has(knowledge, "null"), "nothing is known under it");
+    assert_eq!(
+        knowledge.document().matches("curve s-").count(),
+        3,
+        "boundary, full, central-batched"
+    );
+    assert!(knowledge.document().contains("whisker s-boundary"));
+    assert!(has(of("shares-10"), "wake 62") && has(of("shares-10"), "from p99 on"));
+    assert!(has(of("hops-10"), "one hop, other core") && has(of("hops-10"), "n 15000"));
+    assert!(has(of("staleness-10"), "reads that missed a write"));
+    assert!(has(of("capacity"), "n 3 blocks"));
 }
 
 fn choice(strategy: Option<StrategyKind>, best: StrategyKind, margin: f64) -> Option<Choice> {
@@ -132,7 +172,7 @@ fn the_map_hatches_where_counts_name_another_winner() {
 fn the_map_as_text_fits_a_terminal_and_marks_the_same_cells() {
     let text = text(&sample_map(), Colour::Never);
     assert!(text.lines().all(|line| line.len() <= WIDTH), "{text}");
-    assert!(text.is_ascii());
+    assert!(text.is_ascii() && text.lines().all(|line| line == line.trim_end()));
     let (panels, legend) = text.split_once("winner        ").unwrap();
     assert_eq!(panels.matches('*').count(), 12, "{text}");
     assert!(legend.contains("F full") && legend.contains("B boundary"));

@@ -62,7 +62,7 @@ pub fn turn_time(summary: &Summary) -> Option<Picture> {
             .push("The host was noisy, or was not watched: these times name no winner.".to_owned());
     }
     Some(Picture {
-        name: NAME,
+        name: NAME.to_owned(),
         title: title.to_owned(),
         about:
             "What a strategy costs is its distance above null, which plays the same firings and \

@@ -188,7 +188,7 @@ impl HeatMap {
     fn draw_words(&self, cell: &HeatCell, frame: Frame) -> Element {
         let (left, top, width) = self.area(cell, frame);
         let mut words = group("cell");
-        let baselines = [top + ROW_HEIGHT / 2.0 - 3.0, top + ROW_HEIGHT / 2.0 + 12.0];
+        let baselines = [top + ROW_HEIGHT / 2.0 - 5.5, top + ROW_HEIGHT / 2.0 + 14.5];
         for ((text, y), class) in cell.words.iter().zip(baselines).zip(["halo strong", "halo"]) {
             let text = fitted(text, size::SMALL, width - 2.0 * SEAM);
             words.push(label(class, size::SMALL, Anchor::Middle, (left + width / 2.0, y), &text));

@@ -123,9 +123,9 @@ const COLOURS: [(&str, &str, &str); 12] = [
     ("s-central", "#222222", "#f2f2f2"),
     ("s-central-batched", "#c98600", "#f2b544"),
     ("s-pipelined", "#3a9bd6", "#8fd0f7"),
-    ("part-1", "#c9ced6", "#59616d"),
-    ("part-2", "#8b95a5", "#8b95a5"),
-    ("part-3", "#4d5766", "#c3cad6"),
+    ("part-1", "#e1e6ec", "#2f353e"),
+    ("part-2", "#b3bdca", "#465060"),
+    ("part-3", "#8593a6", "#616e80"),
 ];
 
 /// Colours of paper, text, weaker text, and lines behind data: on white and on black.

@@ -79,7 +79,7 @@ impl Panel {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Name of its file without extension; ids inside begin with it.
-    pub name: &'static str,
+    pub name: String,
     /// Its title.
     pub title: String,
     /// What was measured, in one or two sentences.
@@ -95,9 +95,9 @@ pub struct Picture {
 impl Picture {
     /// A picture of nothing that says why.
     #[must_use]
-    pub fn of_nothing(name: &'static str, title: impl Into<String>, why: &str) -> Self {
+    pub fn of_nothing(name: &str, title: impl Into<String>, why: &str) -> Self {
         Self {
-            name,
+            name: name.to_owned(),
             title: title.into(),
             about: String::new(),
             legend: Vec::new(),
@@ -133,7 +133,7 @@ impl Picture {
     }
 
     fn drawn(&self, mut svg: Element) -> Element {
-        let pattern = Self::hatching_id(self.name);
+        let pattern = Self::hatching_id(&self.name);
         svg.push(Element::new("title").text(&self.title));
         svg.push(Element::new("desc").text(&self.about));
         let has_map = self.panels.iter().any(|panel| matches!(panel, Panel::Heat(_)));

@@ -13,7 +13,7 @@ pub struct Part {
     pub from: f64,
     /// Where it ends.
     pub to: f64,
-    /// Style class that sets its colour.
+    /// Style classes of its area.
     pub class: &'static str,
     /// Words in it, left out where there is no room.
     pub words: String,
@@ -116,11 +116,11 @@ impl RowChart {
             let (Some(from), Some(to)) = (scale.nearest(part.from), scale.nearest(part.to)) else {
                 continue;
             };
-            let (top, class) = (middle - BAR_HEIGHT / 2.0, format!("fill {}", part.class));
-            data.push(rectangle(&class, from, top, (to - from).max(0.0), BAR_HEIGHT));
+            let top = middle - BAR_HEIGHT / 2.0;
+            data.push(rectangle(part.class, from, top, (to - from).max(0.0), BAR_HEIGHT));
             if to - from > width_of(&part.words, size::SMALL) + 6.0 {
                 let place = ((from + to) / 2.0, middle + size::SMALL * 0.36);
-                data.push(label("halo", size::SMALL, Anchor::Middle, place, &part.words));
+                data.push(label("ink", size::SMALL, Anchor::Middle, place, &part.words));
             }
         }
         let spots: Vec<(f64, &Spot)> =

@@ -38,7 +38,7 @@ fn picture(panel: Panel) -> Picture {
     let legend =
         vec![Entry::new(Sign::Fill("tie"), "a tie"), Entry::new(Sign::Limit("2 2"), "<&>")];
     Picture {
-        name: "test",
+        name: "test".to_owned(),
         title: "A \"title\" <&> more".to_owned(),
         about: "About 'it'.".to_owned(),
         legend,
@@ -131,7 +131,12 @@ fn rows_end_at_the_axis() {
         Row { name: "heading".to_owned(), is_heading: true, ..Row::default() },
         Row {
             name: "row".to_owned(),
-            parts: vec![Part { from: 50.0, to: 1e9, class: "part-1", words: "wake".to_owned() }],
+            parts: vec![Part {
+                from: 50.0,
+                to: 1e9,
+                class: "fill part-1",
+                words: "wake".to_owned(),
+            }],
             spots: [10.0, 1e9, f64::NAN].map(|x| Spot { x, mark, is_hollow: false }).to_vec(),
             remark: "n 10".to_owned(),
             ..Row::default()

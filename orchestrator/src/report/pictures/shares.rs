@@ -1,0 +1,84 @@
+//! Where time to knowledge goes: the shares of origin, wake and apply among the events from a quantile on.
+
+use super::loads::{Shown, loads, shown, sizes, title, warnings};
+use crate::report::svg::axis::Axis;
+use crate::report::svg::legend::{Entry, Sign};
+use crate::report::svg::number::Unit;
+use crate::report::svg::picture::{Panel, Picture};
+use crate::report::svg::rows::{Part, Row, RowChart};
+use crate::report::svg::scale::{Bounds, Spread};
+use crate::results::summary::Summary;
+
+/// Parts in the order of time, with their style classes and what they are.
+const PARTS: [(&str, &str, &str); 3] = [
+    ("origin", "fill part-1", "origin: intended until sent"),
+    ("wake", "fill part-2", "wake: sent until received"),
+    ("apply", "fill part-3", "apply: received until visible"),
+];
+
+/// From which quantile of the total on events are looked at.
+const QUANTILES: [&str; 3] = ["p50", "p99", "p99.9"];
+
+/// One picture a fleet size.
+#[must_use]
+pub fn shares(summary: &Summary) -> Vec<Picture> {
+    sizes(summary).into_iter().map(|size| of_size(summary, size)).collect()
+}
+
+fn of_size(summary: &Summary, size: u32) -> Picture {
+    let panels = loads(summary, size).into_iter().map(|load| {
+        let title = title(summary, size, load);
+        let rows: Vec<Row> =
+            shown(summary, size, load).iter().flat_map(|line| rows_of(line)).collect();
+        if rows.iter().all(|row| row.parts.is_empty()) {
+            return Panel::Nothing(format!("{title}: no shares were recorded"));
+        }
+        // Medians of shares need not sum to a hundred; a little room beyond it.
+        let x = Bounds::between(Spread::Linear, 0.0, 110.0);
+        let ticks = [0.0, 20.0, 40.0, 60.0, 80.0, 100.0];
+        let ticks = ticks.map(|value| (value, Unit::Percent.format(value))).to_vec();
+        let x = Axis::named("median share of the time to knowledge", x, ticks);
+        Panel::Rows(RowChart { title, x, rows })
+    });
+    let mut notes = vec![
+        "Each part is the median of its own share, mean of the blocks: parts of a bar need not sum to \
+         100 %."
+            .to_owned(),
+    ];
+    notes.extend(warnings(summary, size));
+    Picture {
+        name: format!("shares-{size}"),
+        title: format!("Where time to knowledge goes, {size} crafts"),
+        about: "Median share of each part among the events at or above a quantile of the total."
+            .to_owned(),
+        legend: PARTS.map(|(_, class, name)| Entry::new(Sign::Fill(class), name)).to_vec(),
+        panels: panels.collect(),
+        notes,
+    }
+}
+
+fn rows_of(line: &Shown<'_>) -> Vec<Row> {
+    let heading = Row { name: line.name.clone(), is_heading: true, ..Row::default() };
+    if line.row.saturated.is_some() {
+        return vec![heading];
+    }
+    let quantiles = QUANTILES.into_iter().filter_map(|quantile| {
+        let mut parts = Vec::new();
+        let (mut from, mut n) = (0.0, 0);
+        for (part, class, _) in PARTS {
+            let Some(figure) = line.row.figures.get(&format!("share-{quantile}-{part}")) else {
+                continue;
+            };
+            let Some(share) = figure.value.filter(|share| share.is_finite() && *share > 0.0) else {
+                continue;
+            };
+            let words = format!("{part} {share:.0}");
+            parts.push(Part { from, to: from + share, class, words });
+            (from, n) = (from + share, figure.n);
+        }
+        let remark = format!("n {n} blocks");
+        let name = format!("from {quantile} on");
+        (!parts.is_empty()).then(|| Row { name, parts, remark, ..Row::default() })
+    });
+    std::iter::once(heading).chain(quantiles).collect()
+}
