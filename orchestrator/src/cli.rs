@@ -54,6 +54,8 @@ pub enum Command {
     Reproduce(ReproduceArguments),
     /// Prints the tables of a finished, killed or running run again, from its directory alone.
     Report(ReportArguments),
+    /// Sets two runs beside each other: counts must be equal, times are ratios (exit code 4: worse).
+    Diff(DiffArguments),
     /// Prints a trace of writes and reads for open mode as CSV.
     Record(RecordArguments),
     /// Lists the presets.
@@ -214,6 +216,18 @@ pub struct ReportArguments {
     /// for json and csv, unless said here; `none` for nowhere.
     #[arg(long, value_name = "DIR|none")]
     pub pictures: Option<PathBuf>,
+}
+
+/// `diff`.
+#[derive(Clone, Debug, Args)]
+pub struct DiffArguments {
+    /// The directory of the run that is compared with.
+    pub before: PathBuf,
+    /// The directory of the run that is judged.
+    pub after: PathBuf,
+    /// Prints every difference and every quantile.
+    #[arg(long)]
+    pub all: bool,
 }
 
 /// `show` and `validate`.

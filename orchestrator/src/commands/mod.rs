@@ -5,6 +5,7 @@
 
 pub mod clean;
 pub mod compare;
+pub mod diff;
 pub mod doctor;
 mod execute;
 mod progress;
@@ -79,6 +80,7 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
         Command::Sweep(arguments) => sweep::sweep(arguments, setting),
         Command::Reproduce(arguments) => reproduce::reproduce(arguments, setting),
         Command::Report(arguments) => report::report(arguments, setting),
+        Command::Diff(arguments) => diff::diff(arguments, setting),
         Command::Record(arguments) => record::record(arguments),
         Command::List => scenario::list(setting),
         Command::Show(arguments) => scenario::show(arguments),

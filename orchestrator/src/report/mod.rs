@@ -6,6 +6,7 @@
 
 pub mod compare;
 mod details;
+pub mod diff;
 mod document;
 mod incidents;
 pub mod map;

@@ -5,6 +5,7 @@
 //! Reports (see [`crate::report`]) only show figures. Not here: how anything is measured.
 
 pub mod crafts;
+pub mod diff;
 pub mod directory;
 pub mod event;
 pub mod figure;

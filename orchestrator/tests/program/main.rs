@@ -8,6 +8,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test says so by failing")]
 
+mod diff;
 mod endings;
 mod fleet;
 mod invocation;
