@@ -2,6 +2,7 @@
 //! `commands`. The verb `agent` is not here: a craft's process is started by the orchestrator and
 //! reads its own arguments.
 
+use crate::report::networks::PUBLISHED_NETWORKS;
 use crate::scenario::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use shared_types::transport::WakeMode;
@@ -190,15 +191,33 @@ pub struct SweepArguments {
 /// `reproduce`.
 #[derive(Clone, Debug, Args)]
 pub struct ReproduceArguments {
-    /// `table-21` ... `table-25`, or `all`.
+    /// `table-1` ... `table-25`, or `all`: 1 to 20 are about pruning and solving random networks, 21
+    /// to 25 about replication in fleets.
     #[arg(default_value = "all")]
     pub tables: Vec<String>,
     /// On the memory network instead of real processes: the same counts.
     #[arg(long)]
     pub simulated: bool,
+    /// Random networks behind each mean of Tables 1 to 20.
+    #[arg(long, value_name = "N", default_value_t = PUBLISHED_NETWORKS)]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    pub networks: u32,
+    /// Which pruner's counts are shown.
+    #[arg(long, value_enum, default_value_t)]
+    pub pruner: Pruner,
     /// What every run may be told.
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+/// Which pruner `reproduce` sets beside the published counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Pruner {
+    /// The one that gives the published counts.
+    #[default]
+    Published,
+    /// The one that the source's text describes, which does not.
+    Literal,
 }
 
 /// `report`.

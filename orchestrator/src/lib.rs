@@ -8,6 +8,7 @@ pub mod cli;
 pub mod commands;
 pub mod expectation;
 pub mod launch;
+pub mod networks;
 pub mod outcome;
 pub mod report;
 pub mod results;

@@ -30,6 +30,8 @@ pub enum Purpose {
     Trace = 8,
     /// Tests and campaigns of our own.
     Test = 9,
+    /// Random networks for pruner and solvers, and what is asked of them.
+    Networks = 10,
 }
 
 /// One named stream of random numbers.

@@ -2,14 +2,20 @@
 
 use super::compare::{PRESET, sized};
 use super::execute::{Destination, Job, Scope, execute};
+use super::progress::Line;
 use super::{Refusal, Setting, load_scenario, print_report};
-use crate::cli::ReproduceArguments;
+use crate::cli::{Pruner, ReproduceArguments};
 use crate::expectation::sample;
+use crate::networks;
 use crate::outcome::Outcome;
 use crate::report::published::{PUBLISHED_TRIALS, Published};
 use crate::report::ranges::Sample;
-use crate::report::reproduce::{Reproduction, TABLES};
+use crate::report::reproduce::{FLEET_TABLES, Reproduction, TABLES};
+use crate::report::{self, networks::Networks};
+use crate::results::networks::Measured;
 use crate::results::store::Place;
+use crate::results::summary::Deterministic;
+use crate::run::Progress as _;
 use shared_types::wire::StrategyKind;
 
 /// Simulated trials behind the range of a mean (MEASURING: at least 10,000).
@@ -30,6 +36,14 @@ const TABLED: [StrategyKind; 5] = [
 /// If something asked for is wrong; nothing was started then.
 pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Outcome, Refusal> {
     let tables = numbers(&arguments.tables)?;
+    let networks = networks(&tables, arguments, setting)?;
+    if !tables.iter().any(|table| FLEET_TABLES.contains(table)) {
+        let seed = load_scenario(PRESET, &arguments.common, None)?.scenario().run.seed;
+        let report =
+            Reproduction::new(&[], seed, &Deterministic::default(), &[]).with_networks(networks);
+        print_report(&report, setting, arguments.common.all)?;
+        return Ok(report.outcome());
+    }
     let mut common = arguments.common.clone();
     let published_trials = u32::try_from(PUBLISHED_TRIALS).unwrap_or(u32::MAX);
     common.trials.get_or_insert(published_trials);
@@ -61,9 +75,35 @@ pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Out
     } else {
         Vec::new()
     };
-    let report = Reproduction::new(&tables, seed, &executed.summary.deterministic, &samples);
+    let report = Reproduction::new(&tables, seed, &executed.summary.deterministic, &samples)
+        .with_networks(networks);
     print_report(&report, setting, common.all)?;
     Ok(executed.outcome.worse(report.outcome()))
+}
+
+/// Tables 1 to 20 beside ours, if some of them were asked for.
+fn networks(
+    tables: &[u32],
+    arguments: &ReproduceArguments,
+    setting: Setting,
+) -> Result<Option<Networks>, Refusal> {
+    let conditions = report::networks::conditions(tables);
+    if conditions.is_empty() {
+        return Ok(None);
+    }
+    let seed = load_scenario(PRESET, &arguments.common, None)?.scenario().run.seed;
+    let count = arguments.networks;
+    let mut progress = Line::new(setting.is_quiet);
+    let total = conditions.len() as u64;
+    let measured: Vec<Measured> = (0..)
+        .zip(conditions)
+        .map(|(done, condition)| {
+            progress.at(done, total, "random networks");
+            networks::measure(condition, seed, count)
+        })
+        .collect();
+    let by_text = arguments.pruner == Pruner::Literal;
+    Ok(Some(Networks::new(tables, &measured, count, by_text)))
 }
 
 /// The table numbers that were asked for.

@@ -10,6 +10,7 @@ pub mod diff;
 mod document;
 mod incidents;
 pub mod map;
+pub mod networks;
 pub mod page;
 mod pairs;
 pub mod pictures;

@@ -1,6 +1,6 @@
 //! The published tables beside ours, and what is to be said of each figure.
 //!
-//! Tables 21 to 24 hold single random runs: nobody can repeat them, so what is checked is what must
+//! Tables 1 to 20 are about networks, see [`super::networks`]. Tables 21 to 24 hold single random runs: nobody can repeat them, so what is checked is what must
 //! hold between the columns of any run. Table 25 holds means of ten such runs: each gets its verdict
 //! from the range in which 95 % of our ten-trial means lie. Nothing here comes from a clock, a host or
 //! a path, so two runs of one seed give the same bytes. Only a broken identity of *our* trials is a
@@ -9,6 +9,7 @@
 mod means;
 mod runs;
 
+use super::networks::Networks;
 use super::published::Published;
 use super::ranges::Sample;
 use super::table::wrap;
@@ -20,7 +21,10 @@ use runs::RunsTable;
 use serde::Serialize;
 
 /// The published tables that can be set beside ours.
-pub const TABLES: std::ops::RangeInclusive<u32> = 21..=25;
+pub const TABLES: std::ops::RangeInclusive<u32> = 1..=25;
+
+/// Those of them that fleets are needed for.
+pub const FLEET_TABLES: std::ops::RangeInclusive<u32> = 21..=25;
 
 /// Trials of a size that are set beside the ten published runs.
 pub use super::published::PUBLISHED_TRIALS;
@@ -37,6 +41,9 @@ pub struct Reproduction {
     report: &'static str,
     /// Seed of our trials and of the ranges.
     seed: u64,
+    /// Tables 1 to 20, if some were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    networks: Option<Networks>,
     /// Tables 21 to 24, those asked for.
     runs: Vec<RunsTable>,
     /// Table 25, if asked for.
@@ -59,7 +66,14 @@ impl Reproduction {
         let identities_hold = all.iter().all(RunsTable::identities_hold)
             && ours.cells.iter().all(|cell| cell.agrees_with_oracle);
         let runs = all.into_iter().filter(|table| tables.contains(&table.number())).collect();
-        Self { report: "reproduce", seed, runs, means, identities_hold }
+        Self { report: "reproduce", seed, networks: None, runs, means, identities_hold }
+    }
+
+    /// The same with Tables 1 to 20.
+    #[must_use]
+    pub fn with_networks(mut self, networks: Option<Networks>) -> Self {
+        self.networks = networks;
+        self
     }
 
     /// [`Outcome::Broken`] if an identity does not hold in our trials; what the source prints never
@@ -73,6 +87,10 @@ impl Reproduction {
 impl Report for Reproduction {
     fn table(&self, look: Look) -> String {
         let mut text = String::new();
+        if let Some(networks) = &self.networks {
+            text += &networks.text(look.colour);
+            text.push('\n');
+        }
         for runs in &self.runs {
             text += &runs.text(look.colour);
             text.push('\n');
@@ -99,6 +117,15 @@ impl Report for Reproduction {
 
     fn csv(&self) -> String {
         let mut rows: Vec<[String; HEADER.len()]> = vec![HEADER.map(str::to_owned)];
+        if let Some(networks) = &self.networks {
+            networks.rows_into(&mut |[table, rest @ ..]| {
+                let mut row = [const { String::new() }; HEADER.len()];
+                row[0] = table;
+                // No fleet, so no crafts.
+                row[2..].clone_from_slice(&rest);
+                rows.push(row);
+            });
+        }
         self.runs.iter().for_each(|table| table.rows_into(&mut rows));
         if let Some(means) = &self.means {
             means.rows_into(&mut rows);

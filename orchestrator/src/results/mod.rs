@@ -17,6 +17,7 @@ pub mod load_pairs;
 pub mod loads;
 pub mod map;
 pub mod measurements;
+pub mod networks;
 pub mod pairs;
 pub mod provenance;
 pub mod read;

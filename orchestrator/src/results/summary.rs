@@ -38,7 +38,7 @@ pub struct Summary {
 }
 
 /// What seed and scenario decide.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Deterministic {
     /// Name of the scenario, where the provenance could be read.
     pub scenario: Option<String>,

@@ -5,8 +5,8 @@
 //! holds, or that is known absent) are the least that satisfies the rules of [`Costs`]. [`Solver`] finds
 //! them exactly, after Knuth (1977, "A generalization of Dijkstra's algorithm"), and [`Repair`] keeps
 //! them right when something changes, after Ramalingam and Reps (1996, "An incremental algorithm for a
-//! generalization of the shortest-path problem"). [`sweep`] is the published solver, and with all edges
-//! left in, the plain form that the others are held against.
+//! generalization of the shortest-path problem"). [`sweep`] is the plain form that they are held against,
+//! [`published`] the solver of the published tables.
 //!
 //! Under [`Combine::Sum`] a premise that two branches share is paid for in both: that is what makes the
 //! costs computable one by one. A [`Plan`] says beside it what it costs when everything in it is run
@@ -14,6 +14,7 @@
 
 mod costs;
 mod plan;
+pub mod published;
 mod queue;
 mod repair;
 mod solver;

@@ -1,9 +1,10 @@
 //! The exact solver against sweeps, repair against solving afresh, plans against the network.
 
+use super::published::PublishedSweeps;
 use super::{Combine, CostError, Costs, Plan, Repair, Solver, Stopped, sweep};
-use crate::reasoning::Kept;
 use crate::reasoning::prune::sound::Sound;
 use crate::reasoning::sample::{Shape, board};
+use crate::reasoning::{Kept, naive};
 use proptest::prelude::{ProptestConfig, any, proptest};
 use proptest::{prop_assert, prop_assert_eq};
 use shared_types::ids::FactId;
@@ -168,6 +169,33 @@ proptest! {
             let best = best.fold(f64::INFINITY, f64::min);
             prop_assert_eq!(solver.cost(goal), best);
         }
+    }
+}
+
+#[test]
+fn published_sweeps_and_the_naive_solver_reach_what_can_be_reached() {
+    for seed in 0..500 {
+        let (network, mut stream) = drawn(seed);
+        let (view, everything) = (network.view(), Kept::everything(&network.view()));
+        let start: Vec<FactId> = network.initial.iter().copied().map(FactId).collect();
+        let published = PublishedSweeps::of(&view, &everything, &start);
+        // Without pruning and negation these are the plain sweeps, with 1 a rule and 1 an action.
+        if (0..view.premises.row_count())
+            .all(|rule| view.premises.row(rule).iter().all(|p| p & 1 == 0))
+        {
+            let costs = Costs::uniform(&view, Combine::Sum);
+            let known = initial(&network);
+            let swept = sweep::sweep(&view, &costs, &everything, known.iter().copied());
+            assert_eq!(published.iterations, swept.sweeps, "seed {seed}");
+        }
+        let goal = FactId(stream.below(view.fact_count));
+        let naive = naive::chain(&view, &everything, &start, goal);
+        assert_eq!(naive.is_solved, published.cost[goal.index()] < f64::INFINITY, "seed {seed}");
+        let reached: Vec<FactId> = published.reached().collect();
+        if let Some(&goal) = reached.first() {
+            assert!(published.path_length(&view, &everything, goal) >= 3);
+        }
+        assert!(reached.iter().all(|fact| !start.contains(fact)));
     }
 }
 

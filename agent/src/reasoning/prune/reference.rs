@@ -9,10 +9,32 @@ use std::collections::BTreeSet;
 /// As [`super::published::prune`].
 #[must_use]
 pub fn published(board: &BoardView<'_>, kinds: Kinds) -> Pruned {
-    let mut kept = Kept::everything(board);
-    let mut passes = 0;
-    loop {
-        passes += 1;
+    let mut passes = Passes::new(board, kinds);
+    let mut count = 1;
+    while passes.pass() {
+        count += 1;
+    }
+    Pruned { kept: passes.kept, passes: count }
+}
+
+/// The published pruner, pass by pass.
+#[derive(Clone, Debug)]
+pub struct Passes<'a> {
+    board: BoardView<'a>,
+    kinds: Kinds,
+    kept: Kept,
+}
+
+impl<'a> Passes<'a> {
+    /// Before the first pass over `board`.
+    #[must_use]
+    pub fn new(board: &BoardView<'a>, kinds: Kinds) -> Self {
+        Self { board: *board, kinds, kept: Kept::everything(board) }
+    }
+
+    /// Makes one pass; returns whether it changed anything.
+    pub fn pass(&mut self) -> bool {
+        let Self { board, kinds, kept } = self;
         let mut is_changed = false;
         let mut remove = |flag: &mut bool| is_changed |= std::mem::take(flag);
         if kinds.actions {
@@ -32,7 +54,9 @@ pub fn published(board: &BoardView<'_>, kinds: Kinds) -> Pruned {
             }
         }
         if kinds.facts {
-            for fact in 0..board.fact_count {
+            for fact in
+                (0..board.fact_count).filter(|&fact| kept.facts[fact as usize]).collect::<Vec<_>>()
+            {
                 let names = |list: &[u32]| list.iter().any(|&item| Literal(item).fact().0 == fact);
                 let of_rules = |list_of: &dyn Fn(usize) -> bool| {
                     (0..kept.rules.len()).any(|rule| kept.rules[rule] && list_of(rule))
@@ -48,9 +72,7 @@ pub fn published(board: &BoardView<'_>, kinds: Kinds) -> Pruned {
                 }
             }
         }
-        if !is_changed {
-            return Pruned { kept, passes };
-        }
+        is_changed
     }
 }
 
