@@ -93,7 +93,7 @@ fn networks(
     }
     let seed = load_scenario(PRESET, &arguments.common, None)?.scenario().run.seed;
     let count = arguments.networks;
-    let mut progress = Line::new(setting.is_quiet);
+    let mut progress = Line::new(setting.is_quiet, None);
     let total = conditions.len() as u64;
     let measured: Vec<Measured> = (0..)
         .zip(conditions)
