@@ -132,13 +132,17 @@ pub struct CompareArguments {
     /// Fleet sizes.
     #[arg(long, value_delimiter = ',', default_value = "2,3,5,10", value_name = "SIZES")]
     pub sizes: Vec<u32>,
+    /// Fleet sizes that are offered loads, among `--sizes`; `none` for none [default: 10, where it is
+    /// one of them].
+    #[arg(long, value_name = "SIZES", value_parser = load_sizes)]
+    pub load_sizes: Option<LoadSizes>,
     /// On the memory network instead of real processes: counts only, no times.
     #[arg(long)]
     pub simulated: bool,
-    /// Counts only: leaves out the epochs that measure turn time.
+    /// Counts only: leaves out turn times and loads.
     #[arg(long, conflicts_with = "timing_only")]
     pub no_timing: bool,
-    /// Turn times only: leaves out the trials.
+    /// Times only: leaves out the trials.
     #[arg(long)]
     pub timing_only: bool,
     /// What every run may be told.
@@ -298,6 +302,23 @@ impl Wake {
     }
 }
 
+/// Fleet sizes that are offered loads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadSizes(pub Vec<u32>);
+
+/// Reads fleet sizes, separated by commas, or `none`.
+fn load_sizes(text: &str) -> Result<LoadSizes, String> {
+    if text == "none" {
+        return Ok(LoadSizes(Vec::new()));
+    }
+    let size = |word: &str| {
+        word.trim()
+            .parse()
+            .map_err(|_| format!("`{word}` is no fleet size\n  such as `5,10` or `none`"))
+    };
+    text.split(',').map(size).collect::<Result<_, _>>().map(LoadSizes)
+}
+
 /// Reads a strategy's name; whoever mistypes one is told what was meant, in lines that fit a narrow
 /// terminal.
 fn strategy(name: &str) -> Result<StrategyKind, String> {
@@ -323,13 +344,20 @@ impl From<Wake> for WakeMode {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cli, strategy};
+    use super::{Cli, LoadSizes, load_sizes, strategy};
     use clap::CommandFactory;
     use shared_types::wire::StrategyKind;
 
     #[test]
     fn command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn load_sizes_are_numbers_or_none() {
+        assert_eq!(load_sizes("5, 10"), Ok(LoadSizes(vec![5, 10])));
+        assert_eq!(load_sizes("none"), Ok(LoadSizes(Vec::new())));
+        assert!(load_sizes("ten").unwrap_err().contains("`ten` is no fleet size"));
     }
 
     #[test]

@@ -77,6 +77,15 @@ pub const TRACE_RECORDS_MAX: f64 = 2e7;
 /// Longest trial of a stated duration, in seconds: a year.
 pub const DURATION_S_MAX: f64 = 31_536_000.0;
 
+/// Most asking intervals of central strategies that one run measures.
+pub const ASKING_INTERVALS_MAX: usize = 8;
+
+/// Longest asking interval of a client of the centre, ms: an hour.
+pub const ASKING_MS_MAX: f64 = 3_600_000.0;
+
+/// Most `[[load]]` entries of a scenario.
+pub const LOADS_MAX: usize = 100;
+
 /// Longest delay of a link, in milliseconds: a day.
 pub const DELAY_MS_MAX: f64 = 86_400_000.0;
 
@@ -140,6 +149,10 @@ pub const ORCHESTRATOR_CORE_SHARE_MAX: f64 = 0.001;
 /// Share of the applications that a trace needs which must be known by the end of the interval, else the
 /// load is above capacity.
 pub const APPLIED_SHARE_MIN: f64 = 0.999;
+
+/// What is due so shortly before the end of an interval need not be known by it, ns: of the two seconds
+/// for which capacity is defined, the share that may be missing.
+pub const SETTLING_NS: u64 = 2_000_000;
 
 /// 99th percentile of the schedule's lateness from which a load is above capacity, ns.
 pub const LAG_P99_NS_MAX: u64 = 1_000_000;

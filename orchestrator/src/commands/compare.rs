@@ -3,7 +3,7 @@
 use super::execute::{Destination, Job, Scope, execute, tell_how_to_resume};
 use super::resume::{Resumed, with_typed};
 use super::{Refusal, Setting, load_scenario, print_report, program};
-use crate::cli::{Command, CompareArguments};
+use crate::cli::{Command, CompareArguments, LoadSizes};
 use crate::outcome::Outcome;
 use crate::report::compare::{Compare, PublishedMean};
 use crate::report::published::{PUBLISHED_TRIALS, Published, is_source_inconsistent};
@@ -15,6 +15,9 @@ use shared_types::wire::StrategyKind;
 
 /// The preset that `compare` runs.
 pub const PRESET: &str = "compare";
+
+/// The fleet size that is offered loads unless others are asked for.
+const LOAD_SIZE: u32 = 10;
 
 /// Runs the comparison and prints its table.
 ///
@@ -47,8 +50,16 @@ fn compare_from(
         (_, true) => Scope::Times,
         _ => Scope::All,
     };
-    let job =
-        Job { name: PRESET, scenarios, scope, common: &arguments.common, destination, part: None };
+    let load_sizes = load_sizes(arguments)?;
+    let job = Job {
+        name: PRESET,
+        scenarios,
+        scope,
+        load_sizes: Some(&load_sizes),
+        common: &arguments.common,
+        destination,
+        part: None,
+    };
     let executed = execute(job, setting)?;
     // Published means stand beside the published experiment only, whatever `--set` made of it.
     let is_published = base.scenario().network == Some(GeneratedNetwork::default());
@@ -61,6 +72,19 @@ fn compare_from(
     tell_how_to_resume("compare", executed.outcome, &report.directory, setting);
     print_report(&report, setting, arguments.common.all)?;
     Ok(executed.outcome)
+}
+
+/// The sizes that are offered loads.
+fn load_sizes(arguments: &CompareArguments) -> Result<Vec<u32>, Refusal> {
+    let Some(LoadSizes(asked)) = &arguments.load_sizes else {
+        return Ok(vec![LOAD_SIZE]);
+    };
+    match asked.iter().find(|size| !arguments.sizes.contains(size)) {
+        None => Ok(asked.clone()),
+        Some(size) => Err(Refusal::new(format!(
+            "`--load-sizes {size}`: no fleet of {size} is run; add it to `--sizes`"
+        ))),
+    }
 }
 
 /// The published means of requests, marked where no rule explains them.

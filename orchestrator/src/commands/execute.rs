@@ -1,47 +1,37 @@
 //! What `compare`, `run`, `simulate` and `reproduce` have in common: place the results, run the plan,
 //! compute the summary.
 
+use super::planning::plan;
 use super::progress::Line;
 use super::{Refusal, Setting};
 use crate::cli::CommonArguments;
 use crate::launch::os_process::{CraftErrors, Launcher};
-use crate::launch::placement::{Placement, Processors};
 use crate::launch::run_root::clean_dead_runs;
 use crate::outcome::Outcome;
 use crate::results::provenance::{Provenance, RunIdentity};
-use crate::results::record::{Digest, Label};
+use crate::results::record::Digest;
 use crate::results::resume::Unfinished;
 use crate::results::store::{Place, Store};
 use crate::results::summary::Summary;
 use crate::run::demand::demand;
-use crate::run::order::{balanced_orders, labels};
-use crate::run::plan::{FleetPlan, RunPlan, TimingPlan};
+use crate::run::plan::RunPlan;
 use crate::run::{Progress as _, Runner};
 use crate::scenario::ResolvedScenario;
 use crate::supervision::signals::Signals;
-use shared_types::rng::{Purpose, Stream};
-use shared_types::scenario::{Fleet, RunMode};
 use shared_types::transport::RunPaths;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_64;
 
-/// How long a cell runs unmeasured before its turn times count, ns (MEASURING: at least 200 ms).
-const WARM_UP_NS: u64 = 200_000_000;
-
-/// Epochs under `central` and `pipelined` together have this many turns: each takes a hundred round
-/// trips a craft.
-const TURNS_OF_ROUND_TRIPS: u32 = 100;
-
 /// What to run besides what the scenario says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Scope {
-    /// Trials, and turn times if the scenario measures them.
+    /// Trials, and turn times and loads if the scenario measures them.
     #[default]
     All,
     /// Trials only.
     Counts,
-    /// Turn times only.
+    /// Turn times and loads only.
     Times,
 }
 
@@ -61,6 +51,8 @@ pub(super) struct Job<'a> {
     pub(super) scenarios: Vec<ResolvedScenario>,
     /// What to run besides what they say.
     pub(super) scope: Scope,
+    /// Fleet sizes that are offered their loads; `None` for all.
+    pub(super) load_sizes: Option<&'a [u32]>,
     /// What was typed.
     pub(super) common: &'a CommonArguments,
     /// Where results go.
@@ -89,9 +81,9 @@ pub(super) fn execute_under(
     setting: Setting,
     signals: &mut Signals,
 ) -> Result<Executed, Refusal> {
-    let Job { name, scenarios, scope, common, destination, part } = job;
+    let Job { name, scenarios, scope, load_sizes, common, destination, part } = job;
     let refused = |error: &dyn std::fmt::Display| Refusal::new(error.to_string());
-    let plan = plan(scenarios, scope, common)?;
+    let plan = plan(scenarios, scope, load_sizes, common)?;
     if !plan.is_simulated {
         clean_dead_runs(RunPaths::new(0).base()).map_err(|error| refused(&error))?;
         for fleet in &plan.fleets {
@@ -134,76 +126,6 @@ pub(super) fn tell_how_to_resume(verb: &str, outcome: Outcome, directory: &Path,
     }
 }
 
-pub(super) fn plan(
-    scenarios: Vec<ResolvedScenario>,
-    scope: Scope,
-    common: &CommonArguments,
-) -> Result<RunPlan, Refusal> {
-    let Some(first) = scenarios.first().map(|scenario| scenario.scenario().clone()) else {
-        return Err(Refusal::new("no fleet size is given: `--sizes 2,3` runs two"));
-    };
-    let is_simulated = first.run.mode == RunMode::Simulated;
-    let epochs = first.run.timing_epochs;
-    let is_timed = epochs > 0 && !is_simulated && scope != Scope::Counts;
-    let timing = is_timed.then(|| TimingPlan {
-        epochs,
-        turns: first.run.timing_turns,
-        turns_of_round_trips: (TURNS_OF_ROUND_TRIPS / epochs).clamp(1, first.run.timing_turns),
-        warm_up_ns: WARM_UP_NS,
-    });
-    let processors = processors(&first.fleet)?;
-    let mut draws = Stream::new(first.run.seed, 0, Purpose::Order, 0);
-    let blocks = if is_timed { first.run.blocks } else { 1 };
-    let mut orders: Vec<_> = scenarios
-        .iter()
-        .map(|scenario| orders_of(scenario, is_timed, blocks).into_iter())
-        .collect();
-    let launches = (0..blocks).flat_map(|_| scenarios.iter().cloned().enumerate());
-    let fleets = launches.map(|(fleet, scenario)| {
-        let strategies = scenario.strategies().to_vec();
-        let order = orders[fleet].next().unwrap_or_default();
-        let has_centre = strategies.iter().any(|strategy| strategy.has_centre());
-        let processes = scenario.craft_count() + u32::from(has_centre);
-        let pinning = scenario.scenario().fleet.pinning;
-        let placement = Placement::draw(&processors, pinning, processes, &mut draws);
-        FleetPlan { scenario, strategies, order, placement }
-    });
-    Ok(RunPlan {
-        fleets: fleets.collect(),
-        seed: first.run.seed,
-        trials: if scope == Scope::Times { 0 } else { first.run.trials },
-        is_simulated,
-        timing,
-        wake: first.fleet.wake,
-        turn_limit_ns: u64::from(first.run.turn_limit_ms) * 1_000_000,
-        time_limit_s: common.time_limit_s,
-    })
-}
-
-/// What is timed in each block of a fleet, in which order.
-fn orders_of(scenario: &ResolvedScenario, is_timed: bool, blocks: u32) -> Vec<Vec<Label>> {
-    if !is_timed {
-        return Vec::new();
-    }
-    let run = &scenario.scenario().run;
-    let (labels, seed) = (labels(scenario.strategies(), blocks, run.controls), run.seed);
-    // Placement draws from the stream of craft 0; no fleet has no craft.
-    let mut stream = Stream::new(seed, 0, Purpose::Order, scenario.craft_count());
-    balanced_orders(&labels, blocks, &mut stream)
-}
-
-/// The processors that the fleet may use.
-fn processors(fleet: &Fleet) -> Result<Processors, Refusal> {
-    let all = Processors::of_this_process().map_err(|error| Refusal::new(error.to_string()))?;
-    let cores_max = u32::try_from(all.core_count()).unwrap_or(u32::MAX);
-    match fleet.cores {
-        Some(cores) => {
-            all.confined_to(cores.min(cores_max)).map_err(|error| Refusal::new(error.to_string()))
-        }
-        None => Ok(all),
-    }
-}
-
 pub(super) fn identity(name: &str, plan: &RunPlan) -> RunIdentity {
     let processes = plan.fleets.iter().map(|fleet| plan.fleet_options(fleet, None).processes());
     let online = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
@@ -225,9 +147,10 @@ fn digests(plan: &RunPlan) -> BTreeMap<String, Digest> {
     let digest = |what: &dyn std::fmt::Debug| Digest(xxh3_64(format!("{what:?}").as_bytes()));
     let scenarios: Vec<String> = plan.fleets.iter().map(|fleet| fleet.scenario.to_toml()).collect();
     let orders: Vec<_> =
-        plan.fleets.iter().map(|fleet| (&fleet.strategies, &fleet.order)).collect();
+        plan.fleets.iter().map(|fleet| (&fleet.strategies, &fleet.order, &fleet.loads)).collect();
     let placements: Vec<_> = plan.fleets.iter().map(|fleet| &fleet.placement).collect();
-    let rest = (plan.trials, plan.timing, plan.wake, plan.turn_limit_ns, plan.is_simulated);
+    let measured = (plan.timing, plan.open);
+    let rest = (plan.trials, measured, plan.wake, plan.turn_limit_ns, plan.is_simulated);
     [
         ("the digest of the scenario", digest(&scenarios)),
         ("the digest of strategies and their order", digest(&orders)),

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod diff;
 pub mod doctor;
 mod execute;
+mod planning;
 mod progress;
 pub mod record;
 pub mod report;

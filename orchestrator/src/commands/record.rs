@@ -23,7 +23,7 @@ pub fn record(arguments: &RecordArguments) -> Result<Outcome, Refusal> {
     compile(&scenario, scenario.scenario().run.seed, arguments.trial, &mut network);
     let fleet = network.view();
     let trace = match &scenario.scenario().trace.file {
-        Some(path) => from_file(path, &scenario, &fleet)?,
+        Some(path) => trace_from_file(path, &scenario, &fleet)?,
         None => workload::draw(scenario.scenario(), &fleet, arguments.trial)?,
     };
     let mut file = Vec::new();
@@ -32,7 +32,8 @@ pub fn record(arguments: &RecordArguments) -> Result<Outcome, Refusal> {
     print_bytes(&file)
 }
 
-fn from_file(
+/// Reads the trace in `path` for the fleet of `scenario`.
+pub(super) fn trace_from_file(
     path: &Path,
     scenario: &ResolvedScenario,
     fleet: &FleetView<'_>,

@@ -64,6 +64,7 @@ pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Out
         name: "reproduce",
         scenarios: sized(&base, &sizes)?,
         scope: Scope::Counts,
+        load_sizes: None,
         common: &common,
         destination: Destination::New(Place::Below(&common.out)),
         part: None,

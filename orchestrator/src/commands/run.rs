@@ -45,7 +45,9 @@ fn run_from(
 ) -> Result<Outcome, Refusal> {
     let name = scenario.scenario().name.clone();
     let scenarios = vec![scenario];
-    let job = Job { name: &name, scenarios, scope: Scope::All, common, destination, part: None };
+    let scope = Scope::All;
+    let job =
+        Job { name: &name, scenarios, scope, load_sizes: None, common, destination, part: None };
     let executed = execute(job, setting)?;
     let report =
         Mission { summary: executed.summary, directory: executed.directory, program: program() };

@@ -1,6 +1,7 @@
 //! `sweep`: a scenario over a grid of values, one run a cell.
 
-use super::execute::{Destination, Job, Scope, execute_under, plan};
+use super::execute::{Destination, Job, Scope, execute_under};
+use super::planning::plan;
 use super::resume::{parse, with_typed};
 use super::{Refusal, Setting, load_scenario_with, print_report, program};
 use crate::cli::{Command, CommonArguments, SweepArguments};
@@ -90,7 +91,7 @@ impl Whole {
     fn plan(cells: Vec<Planned>, common: &CommonArguments) -> Result<Self, Refusal> {
         let (mut seconds, mut processes_max) = (0.0, 0);
         for (_, scenario) in &cells {
-            let plan = plan(vec![scenario.clone()], Scope::All, common)?;
+            let plan = plan(vec![scenario.clone()], Scope::All, None, common)?;
             seconds += estimate::seconds(&plan);
             for fleet in &plan.fleets {
                 processes_max = processes_max.max(plan.fleet_options(fleet, None).processes());
@@ -100,7 +101,7 @@ impl Whole {
                 }
             }
         }
-        let first = plan(vec![cells[0].1.clone()], Scope::All, common)?;
+        let first = plan(vec![cells[0].1.clone()], Scope::All, None, common)?;
         let identity = super::execute::identity("sweep", &first);
         Ok(Self { cells, seconds, identity: RunIdentity { processes_max, ..identity } })
     }
@@ -210,6 +211,7 @@ impl Part {
             name: &name,
             scenarios: vec![scenario],
             scope: Scope::All,
+            load_sizes: None,
             common,
             destination,
             part: Some((self.number, self.cells)),

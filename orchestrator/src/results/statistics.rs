@@ -119,6 +119,12 @@ pub struct Distribution {
     pub quantiles: Vec<QuantileValue>,
 }
 
+impl From<&Histogram<u64>> for Distribution {
+    fn from(histogram: &Histogram<u64>) -> Self {
+        Self::of(histogram)
+    }
+}
+
 impl Distribution {
     /// What may be said of `histogram`.
     #[must_use]

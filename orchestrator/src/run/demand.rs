@@ -8,7 +8,8 @@ use agent::replication::centre::Centre;
 use agent::replication::{Context, strategy};
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{CsrView, FleetNetwork, FleetView};
-use shared_types::limits::PIPELINE_DEPTH;
+use shared_types::limits::{INBOX_SAMPLES, PIPELINE_DEPTH};
+use shared_types::trace::TraceRecord;
 use shared_types::transport::Peers;
 use shared_types::wire::{HEADER_BYTES, StrategyKind};
 
@@ -23,12 +24,17 @@ pub fn demand(plan: &FleetPlan, seed: u64) -> Demand {
     let shape = FleetShape::of_epochs(ports.iter().map(|(kind, peers)| EpochPorts {
         peers,
         samples_in_flight: match kind {
+            _ if !plan.loads.is_empty() => INBOX_SAMPLES as u64,
             StrategyKind::Pipelined => PIPELINE_DEPTH as u64,
             _ => LOCKSTEP_SAMPLES_IN_FLIGHT,
         },
     }));
-    let records = most_outputs(&fleet) * plan.scenario.scenario().replication.record_bytes as usize;
-    shape.demand((HEADER_BYTES + records) as u64, network.to_archive().len() as u64)
+    let scenario = plan.scenario.scenario();
+    let burst = if plan.loads.is_empty() { 0 } else { scenario.trace.burst as usize };
+    let records = most_outputs(&fleet).max(burst) * scenario.replication.record_bytes as usize;
+    let trace = plan.loads.iter().map(|load| load.records).max().unwrap_or(0);
+    let world_bytes = network.to_archive().len() as u64 + trace * size_of::<TraceRecord>() as u64;
+    shape.demand((HEADER_BYTES + records) as u64, world_bytes)
 }
 
 /// The ports of every process under a strategy, the centre last.

@@ -195,7 +195,7 @@ impl Runner<'_> {
         Ok(Ended::Early(Outcome::Broken))
     }
 
-    fn keep_discrepancies(
+    pub(super) fn keep_discrepancies(
         &mut self,
         cell: Cell,
         spec: &EpochSpec,

@@ -3,7 +3,7 @@
 //! The numbers are of a small machine (two cores of a virtual machine, release build); a run that goes
 //! on replaces them by what it has seen. An estimate decides nothing.
 
-use super::plan::{FleetPlan, RunPlan, TimingPlan};
+use super::plan::{FleetPlan, OpenPlan, RunPlan, TimingPlan};
 use shared_types::wire::StrategyKind;
 
 /// From the first spawn to GO, and the end of the fleet, s: a part for the fleet and one a process.
@@ -38,7 +38,8 @@ pub fn seconds(plan: &RunPlan) -> f64 {
         let trial_s = |&strategy: &StrategyKind| epoch_s + TRIAL_TURNS * crafts * turn_s(strategy);
         let trials_s = trials * fleet.strategies.iter().map(trial_s).sum::<f64>();
         let start_s = if plan.is_simulated { 0.0 } else { START_S.0 + START_S.1 * crafts };
-        start_s + trials_s + plan.timing.map_or(0.0, |timing| timing_s(fleet, &timing, epoch_s))
+        let timing_s = plan.timing.map_or(0.0, |timing| timing_s(fleet, &timing, epoch_s));
+        start_s + trials_s + timing_s + plan.open.map_or(0.0, |open| loads_s(fleet, &open))
     };
     plan.fleets.iter().enumerate().map(of_fleet).sum()
 }
@@ -54,6 +55,16 @@ fn timing_s(fleet: &FleetPlan, timing: &TimingPlan, epoch_s: f64) -> f64 {
         warm_up_s + f64::from(timing.epochs) * played_s
     });
     cells.sum()
+}
+
+/// Around each interval of open mode, s: ports, the word to begin, quiet, reports.
+const INTERVAL_S: f64 = 0.06;
+
+fn loads_s(fleet: &FleetPlan, open: &OpenPlan) -> f64 {
+    let cells = fleet.loads.iter().map(|load| load.order.len() as u64).sum::<u64>();
+    #[expect(clippy::cast_precision_loss, reason = "an estimate")]
+    let (cells, played_s) = (cells as f64, (open.warm_up_ns + open.duration_ns) as f64 / 1e9);
+    cells * (played_s + 2.0 * INTERVAL_S)
 }
 
 /// `seconds` in words: `about 4 min`.

@@ -1,8 +1,9 @@
 //! The one loop that owns a run.
 //!
 //! A run is a list of fleets; a fleet is launched once, plays every trial under every strategy (the
-//! same seed and the same networks one after the other), then the epochs that measure turn time. Fleets
-//! of one size are the blocks of that size: trials are played in the first, times in each. What
+//! same seed and the same networks one after the other), then the epochs that measure turn time, then
+//! the loads of open mode. Fleets of one size are the blocks of that size: trials are played in the
+//! first, the others in each. What
 //! comes back is judged against the independent replay and appended to the run's directory at once.
 //! Whatever ends a run early, what was measured before is kept. Rendering comes after, from the
 //! records alone.
@@ -14,12 +15,16 @@ mod epoch;
 pub mod estimate;
 mod fleet;
 mod guard;
+mod loads;
+pub mod measured;
+pub mod offer;
 mod open_play;
 pub mod order;
 mod patience;
 pub mod plan;
 mod play;
 mod reports;
+mod staleness;
 #[cfg(test)]
 mod tests;
 mod timing;
@@ -148,18 +153,17 @@ impl<'a> Runner<'a> {
         let order = plan.order.iter().map(ToString::to_string).collect();
         self.store.event(Event::FleetStarted { block, size, processes, order })?;
         self.progress.at(self.done, self.plan.epochs(), &format!("starting {size} crafts"));
-        let spin_before = self.plan.timing.map(|_| Spin::run());
+        let is_measured = self.plan.timing.is_some() || self.plan.open.is_some();
+        let spin_before = is_measured.then(Spin::run);
         let mut fleet = match RealFleet::launch(options, launcher, signals) {
             Ok(fleet) => fleet,
             Err(error) => return self.end_early(plan, "starting the fleet", error),
         };
         let mut ended = self.play_trials(&mut fleet, block, plan)?;
         let mut samples = None;
-        if ended == Ended::Complete
-            && let Some(timing) = &self.plan.timing
-        {
+        if ended == Ended::Complete && is_measured {
             let before = Sample::take(&plan.placement, size, &fleet.process_ids());
-            ended = self.measure(&mut fleet, block, plan, timing)?;
+            ended = self.measure_all(&mut fleet, block, plan)?;
             samples = Some((before, Sample::take(&plan.placement, size, &fleet.process_ids())));
         }
         self.end_fleet(fleet, plan)?;
@@ -170,6 +174,25 @@ impl<'a> Runner<'a> {
             self.store.event(Event::HostChecked { block, size, check })?;
         }
         Ok(ended)
+    }
+
+    /// Measures what the plan wants of a fleet that has played its trials.
+    fn measure_all(
+        &mut self,
+        backend: &mut impl Backend,
+        block: u32,
+        plan: &FleetPlan,
+    ) -> Result<Ended, StoreError> {
+        if let Some(timing) = &self.plan.timing {
+            let ended = self.measure(backend, block, plan, timing)?;
+            if ended != Ended::Complete {
+                return Ok(ended);
+            }
+        }
+        match &self.plan.open {
+            Some(open) => self.offer_loads(backend, block, plan, open),
+            None => Ok(Ended::Complete),
+        }
     }
 
     /// Ends a fleet and says who did not end by itself, and what could not be removed.

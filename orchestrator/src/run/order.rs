@@ -30,7 +30,7 @@ pub fn labels(strategies: &[StrategyKind], blocks: u32, controls: bool) -> Vec<L
 
 /// The order of `labels` in each of `blocks` blocks.
 #[must_use]
-pub fn balanced_orders(labels: &[Label], blocks: u32, stream: &mut Stream) -> Vec<Vec<Label>> {
+pub fn balanced_orders<T: Copy>(labels: &[T], blocks: u32, stream: &mut Stream) -> Vec<Vec<T>> {
     let count = labels.len();
     let (mut drawn, mut shifts) = (labels.to_vec(), Vec::new());
     stream.shuffle(&mut drawn);

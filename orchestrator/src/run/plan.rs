@@ -4,6 +4,7 @@ use super::FleetOptions;
 use crate::launch::placement::Placement;
 use crate::results::record::Label;
 use crate::scenario::ResolvedScenario;
+use crate::workload::Trace;
 use shared_types::time::Nanos;
 use shared_types::transport::WakeMode;
 use shared_types::wire::StrategyKind;
@@ -20,6 +21,8 @@ pub struct FleetPlan {
     pub strategies: Vec<StrategyKind>,
     /// What is timed, in the order of this block.
     pub order: Vec<Label>,
+    /// What it is offered in open mode, after that.
+    pub loads: Vec<LoadPlan>,
     /// Where its processes run.
     pub placement: Placement,
 }
@@ -63,6 +66,61 @@ impl TimingPlan {
     }
 }
 
+/// A load that a fleet is offered, and who bears it.
+#[derive(Clone, Debug)]
+pub struct LoadPlan {
+    /// What tables call it.
+    pub name: String,
+    /// What is written and read when.
+    pub offered: Offered,
+    /// Records of its trace, on average.
+    pub records: u64,
+    /// Who bears it, in the order of this block.
+    pub order: Vec<LoadLabel>,
+}
+
+/// Where the trace of a load comes from.
+#[derive(Clone, Debug)]
+pub enum Offered {
+    /// Drawn for each block.
+    Drawn {
+        /// Writes per second of the fleet.
+        rate_per_s: f64,
+    },
+    /// The same in every block.
+    Given(Trace),
+}
+
+/// Who bears a load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoadLabel {
+    /// The strategy, and which of its entries in the block.
+    pub label: Label,
+    /// How often its clients ask the centre, ns; `None` without a centre.
+    pub asks_every_ns: Option<u64>,
+}
+
+impl std::fmt::Display for LoadLabel {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}", self.label)?;
+        match self.asks_every_ns {
+            Some(every_ns) => write!(formatter, " asking every {} us", every_ns / 1000),
+            None => Ok(()),
+        }
+    }
+}
+
+/// How loads are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OpenPlan {
+    /// Length of the measured interval, ns.
+    pub duration_ns: u64,
+    /// Length of the slices in which time to knowledge is kept apart, ns.
+    pub slice_ns: u64,
+    /// How long a cell runs unmeasured before, ns.
+    pub warm_up_ns: u64,
+}
+
 /// A run.
 #[derive(Clone, Debug)]
 pub struct RunPlan {
@@ -76,6 +134,8 @@ pub struct RunPlan {
     pub is_simulated: bool,
     /// Turn times, if they are wanted; never in simulation.
     pub timing: Option<TimingPlan>,
+    /// How loads are measured, if some are offered; never in simulation.
+    pub open: Option<OpenPlan>,
     /// How processes wait.
     pub wake: WakeMode,
     /// How long a turn may stay unbalanced, ns.
@@ -85,7 +145,7 @@ pub struct RunPlan {
 }
 
 impl RunPlan {
-    /// Epochs that will be played, warm-up not counted.
+    /// Epochs and intervals that will be played, warm-up not counted.
     #[must_use]
     pub fn epochs(&self) -> u64 {
         (0..self.fleets.len()).map(|index| self.epochs_of(index)).sum()
@@ -97,7 +157,8 @@ impl RunPlan {
         let timed = self.timing.map_or(0, |timing| u64::from(timing.epochs));
         let fleet = &self.fleets[index];
         let trials = u64::from(self.trials_of(self.block_of(index)));
-        fleet.strategies.len() as u64 * trials + fleet.order.len() as u64 * timed
+        let loads = fleet.loads.iter().map(|load| load.order.len() as u64).sum::<u64>();
+        fleet.strategies.len() as u64 * trials + fleet.order.len() as u64 * timed + loads
     }
 
     /// Trials of each strategy in `block`: counts are decided by the seed, so once is enough.

@@ -95,6 +95,7 @@ fn judge(misdeed: Misdeed) -> (Outcome, Vec<String>, String) {
         scenario,
         strategies: vec![StrategyKind::Boundary],
         order: Vec::new(),
+        loads: Vec::new(),
         placement: Placement::draw(&processors, Pinning::Unpinned, 2, &mut draws),
     };
     let plan = RunPlan {
@@ -103,6 +104,7 @@ fn judge(misdeed: Misdeed) -> (Outcome, Vec<String>, String) {
         trials: 1,
         is_simulated: true,
         timing: None,
+        open: None,
         wake: WakeMode::Adaptive,
         turn_limit_ns: 1_000_000_000,
         time_limit_s: None,

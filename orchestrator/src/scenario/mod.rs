@@ -16,6 +16,7 @@ mod load;
 mod mission;
 mod names;
 mod nearest;
+mod offer;
 mod positions;
 mod preset;
 mod reach;

@@ -163,6 +163,7 @@ impl ResolvedScenario {
 fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
     let Scenario { link, faults, run, .. } = scenario;
     let is_simulated = run.mode == RunMode::Simulated;
+    let is_offered = run.mode == RunMode::Open || (!is_simulated && !scenario.load.is_empty());
     let notices = [
         (link.loss > 0.0, "`link.loss` is checked but not run yet"),
         (
@@ -170,9 +171,22 @@ fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
             "`link.bandwidth-bits-per-s` is checked but not run yet",
         ),
         (!link.outages.is_empty(), "`link.outages` are checked but not run yet"),
-        (run.rate_per_s.is_some(), "`run.rate-per-s` acts in `record` only, so far"),
-        (run.duration_s.is_some(), "`run.duration-s` acts in `record` only, so far"),
-        (scenario.trace != Trace::default(), "`trace` acts in `record` only, so far"),
+        (
+            run.rate_per_s.is_some() && !(run.mode == RunMode::Open && scenario.load.is_empty()),
+            "`run.rate-per-s` acts in `record`, and in mode `open` without a `[[load]]`",
+        ),
+        (
+            run.duration_s.is_some() && !is_offered,
+            "`run.duration-s` acts in `record` and in mode `open`",
+        ),
+        (
+            scenario.trace != Trace::default() && !is_offered,
+            "`trace` acts in `record` and in mode `open`",
+        ),
+        (
+            is_simulated && !scenario.load.is_empty(),
+            "a `[[load]]` is offered to real processes only",
+        ),
         (!faults.process.is_empty(), "`faults` are checked but not run yet"),
         (
             !is_simulated && !links.is_instant(),

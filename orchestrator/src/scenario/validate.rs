@@ -1,26 +1,27 @@
 //! Checks of single values: what is out of its bounds, or cannot be run yet.
 //!
-//! Not here: what concerns several crafts (`fleet`, `mission`, `positions`).
+//! Not here: what concerns several crafts (`fleet`, `mission`, `positions`), and what is offered in open
+//! mode (`offer`).
 
 use super::error::{Finding, Place, place};
 use super::fleet::{Craft, unknown_craft};
 use super::generate::shared_facts;
 use super::nearest::listing;
+use super::offer;
 use shared_types::limits::{
     BANDWIDTH_BITS_PER_S_MAX, BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, DELAY_MS_MAX,
-    DURATION_S_MAX, INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, RATE_PER_S_MAX,
-    REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S,
-    TRACE_RECORDS_MAX, TURNS_MAX,
+    INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX,
+    SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
 };
 use shared_types::scenario::{
-    GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, RunMode, Scenario,
+    GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, Scenario,
 };
 use shared_types::wire::StrategyKind;
 
 /// Checks every number and name that stands for itself.
 pub(super) fn check(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
     check_run(scenario)?;
-    check_trace(scenario)?;
+    offer::check(scenario)?;
     check_replication(&scenario.replication)?;
     check_link(scenario, crafts)?;
     check_faults(scenario, crafts)?;
@@ -33,11 +34,6 @@ pub(super) fn check(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding
 
 fn check_run(scenario: &Scenario) -> Result<(), Finding> {
     let run = &scenario.run;
-    if run.mode == RunMode::Open {
-        return Err(Finding::at(place!["run", "mode"], "mode `open` cannot be run yet")
-            .help("use `lockstep` (real processes) or `simulated`")
-            .label("not yet"));
-    }
     whole("turns", run.turns, 1, TURNS_MAX)?;
     whole("trials", run.trials, 1, u32::MAX)?;
     whole("turn-limit-ms", run.turn_limit_ms, 1, u32::MAX)?;
@@ -46,60 +42,6 @@ fn check_run(scenario: &Scenario) -> Result<(), Finding> {
     if i64::try_from(run.seed).is_err() {
         return Err(Finding::at(place!["run", "seed"], "the seed does not fit 63 bits")
             .help(format!("use 0 to {}", i64::MAX)));
-    }
-    if let Some(rate) = run.rate_per_s {
-        above_zero(
-            place!["run", "rate-per-s"],
-            "rate",
-            rate,
-            RATE_PER_S_MAX,
-            "changes per second",
-        )?;
-    }
-    if let Some(duration) = run.duration_s {
-        above_zero(place!["run", "duration-s"], "duration", duration, DURATION_S_MAX, "seconds")?;
-    }
-    Ok(())
-}
-
-fn check_trace(scenario: &Scenario) -> Result<(), Finding> {
-    let (run, trace) = (&scenario.run, &scenario.trace);
-    let most = CHANGES_PER_FIRING_MAX;
-    if trace.burst == 0 || trace.burst as usize > most {
-        return Err(Finding::at(place!["trace", "burst"], format!("bursts of {}", trace.burst))
-            .help(format!("use 1 to {most} writes; 1 makes no bursts"))
-            .label("out of bounds"));
-    }
-    if let Some(share) = trace.boundary_fraction.filter(|share| !(0.0..=1.0).contains(share)) {
-        let message = format!("a boundary fraction of {share} is impossible");
-        return Err(Finding::at(place!["trace", "boundary-fraction"], message)
-            .help("it is a share of the writes: 0 writes no boundary fact, 1 nothing else")
-            .label("out of bounds"));
-    }
-    if trace.sharers.is_some() && trace.boundary_fraction.is_none() {
-        return Err(Finding::at(place!["trace", "sharers"], "sharers without a boundary fraction")
-            .help(
-                "set `trace.boundary-fraction` as well; without it all facts are written alike",
-            ));
-    }
-    if trace.sharers == Some(0) {
-        return Err(Finding::at(place!["trace", "sharers"], "boundary facts that nobody shares")
-            .help("use at least 1; `trace.boundary-fraction = 0` writes no boundary fact"));
-    }
-    if !(0.0..=RATE_PER_S_MAX).contains(&trace.reads_per_s) {
-        let message = format!("{} reads per second are impossible", trace.reads_per_s);
-        return Err(Finding::at(place!["trace", "reads-per-s"], message)
-            .help(format!("use 0 to {RATE_PER_S_MAX}"))
-            .label("out of bounds"));
-    }
-    let most = run.rate_per_s.unwrap_or(0.0).max(trace.reads_per_s);
-    let records = most * run.duration_s.unwrap_or(0.0);
-    if records > TRACE_RECORDS_MAX {
-        return Err(Finding::at(
-            place!["run", "duration-s"],
-            format!("a trace of {records} events"),
-        )
-        .help(format!("rate times duration is at most {TRACE_RECORDS_MAX}; shorten one")));
     }
     Ok(())
 }
@@ -113,7 +55,13 @@ fn whole(key: &'static str, value: u32, least: u32, most: u32) -> Result<(), Fin
         .label("out of bounds"))
 }
 
-fn above_zero(place: Place, what: &str, value: f64, most: f64, unit: &str) -> Result<(), Finding> {
+pub(super) fn above_zero(
+    place: Place,
+    what: &str,
+    value: f64,
+    most: f64,
+    unit: &str,
+) -> Result<(), Finding> {
     if value > 0.0 && value <= most {
         return Ok(());
     }

@@ -9,7 +9,7 @@ mod schedule;
 mod trace;
 
 pub use csv::{TraceError, read, write};
-pub use trace::{Trace, draw};
+pub use trace::{Trace, draw, draw_at};
 
 #[cfg(test)]
 mod tests;

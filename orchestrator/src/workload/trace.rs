@@ -40,6 +40,19 @@ pub fn draw(scenario: &Scenario, fleet: &FleetView<'_>, trial: u32) -> Result<Tr
         scenario.run.rate_per_s.ok_or_else(|| TraceError::unstated("run.rate-per-s", 1000))?;
     let duration_s =
         scenario.run.duration_s.ok_or_else(|| TraceError::unstated("run.duration-s", 2))?;
+    draw_at(scenario, (rate, duration_s), fleet, trial)
+}
+
+/// As [`draw`], at so many writes per second for so many seconds.
+///
+/// # Errors
+/// If a board has no facts of a kind that shall be written.
+pub fn draw_at(
+    scenario: &Scenario,
+    (rate, duration_s): (f64, f64),
+    fleet: &FleetView<'_>,
+    trial: u32,
+) -> Result<Trace, TraceError> {
     let settings = &scenario.trace;
     let crafts = f64::from(fleet.craft_count());
     let bursts_per_s = rate / crafts / f64::from(settings.burst);

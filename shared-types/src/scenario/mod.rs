@@ -5,6 +5,7 @@
 
 mod fleet;
 mod link;
+mod load;
 mod mission;
 mod network;
 mod one_or_many;
@@ -14,6 +15,7 @@ mod trace;
 
 pub use fleet::{CraftCount, CraftEntry, Fleet, Pinning, Tier, TierCounts, TopologySection, Tree};
 pub use link::{Faults, FromPositions, Link, Outage, ProcessFault};
+pub use load::{LoadEntry, LoadStrategies};
 pub use mission::{ActionEntry, BoundaryEntry, RuleEntry};
 pub use network::{GeneratedNetwork, LinkingModel};
 pub use one_or_many::OneOrMany;
@@ -43,6 +45,9 @@ pub struct Scenario {
     pub run: Run,
     /// What is written and read in open mode.
     pub trace: Trace,
+    /// What fleets are offered in open mode, load by load; left out, `run.rate-per-s` is the only one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub load: Vec<LoadEntry>,
     /// The way between two crafts.
     pub link: Link,
     /// What happens to crafts.

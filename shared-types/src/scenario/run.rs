@@ -29,12 +29,15 @@ pub struct Run {
     /// with, and one that is slowed down on purpose: a comparison must find the second and no
     /// difference between the first two. Default `false`.
     pub controls: bool,
-    /// Changes per second that the fleet is offered in `open` mode.
+    /// Writes per second that the fleet is offered in `open` mode, where no `[[load]]` is stated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_per_s: Option<f64>,
-    /// Length of a trial in `open` mode, s.
+    /// Length of the measured interval in `open` mode, s; of a trace from a file default its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
+    /// How often a client of the centre asks in `open` mode when it has no other reason to, ms: each
+    /// interval is measured, the middle one compared with other strategies. Default `[1, 3, 10]`.
+    pub asks_every_ms: Vec<f64>,
 }
 
 impl Default for Run {
@@ -51,6 +54,7 @@ impl Default for Run {
             controls: false,
             rate_per_s: None,
             duration_s: None,
+            asks_every_ms: vec![1.0, 3.0, 10.0],
         }
     }
 }

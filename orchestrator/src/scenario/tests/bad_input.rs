@@ -291,7 +291,18 @@ fn numbers_out_of_bounds() {
 + [run]\ntrials = 0 | 2:10 | `run.trials` is 0 | use 1
 + [run]\nseed = -1 | 2:8 | `seed` takes a whole number | seed of everything
 + [run]\nturn-limit-ms = 0 | 2:17 | `run.turn-limit-ms` is 0 | use 1
-+ [run]\nmode = "open" | 2:8 | mode `open` cannot be run yet | `lockstep`
++ [run]\nmode = "open" | 2:8 | mode `open` without a rate | `run.rate-per-s`
++ [run]\nmode = "open"\nrate-per-s = 5 | 2:8 | nothing says how long | `run.duration-s`
++ [[load]]\nname = "a"\nrate-per-s = 5 | 1:3 | nothing says how long | `run.duration-s`
++ [[load]]\nname = "a"\nrate-per-s = 0 | 3:14 | a rate of 0 is impossible | more than 0
++ [[load]]\nname = " "\nrate-per-s = 5 | 2:8 | a load without a name | tables
++ [[load]]\nname = "a"\nrate-per-s = 5\n[[load]]\nname = "a"\nrate-per-s = 6 | 5:8 | two loads are called `a` | its own
++ [[load]]\nname = "a"\nrate-per-s = 5\nstrategies = "pull" | 4:14 | `pull` | `push`
++ [run]\nduration-s = 1\n[trace]\nfile = "t"\n[[load]]\nname = "a"\nrate-per-s = 5 | 5:3 | beside `trace.file` | leave out one
++ [run]\nduration-s = 21\n[[load]]\nname = "a"\nrate-per-s = 1e6 | 2:14 | a trace of 21000000 events | shorten one
++ [run]\nasks-every-ms = [] | 2:17 | 0 asking intervals | [1, 3, 10]
++ [run]\nasks-every-ms = [1, 0] | 2:21 | a pause of 0 is impossible | more than 0
++ [run]\nasks-every-ms = [1, 1] | 2:21 | stated twice | keep one
 + [run]\nrate-per-s = 0 | 2:14 | a rate of 0 is impossible | more than 0
 + [run]\nrate-per-s = -5 | 2:14 | a rate of -5 is impossible | more than 0
 + [run]\nrate-per-s = inf | 2:14 | a rate of inf is impossible | more than 0
