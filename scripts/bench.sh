@@ -13,4 +13,4 @@ for over in iceoryx2 datagrams; do "$programs/raw-capacity" --over "$over"; done
 "$programs/delta-one-way"
 "$programs/one-way-ratio" --triples "${1:-9}"
 "$programs/turn-ratio" --pairs "${1:-9}"
-cargo bench --locked -p slateswarm-benches --bench micro
+cargo bench --locked -p slateswarm-benches --bench micro --bench reasoning
