@@ -6,6 +6,7 @@
 //! immutable) and what others told ([`replica`]).
 
 pub mod agenda;
+pub mod grid;
 pub mod replica;
 #[cfg(test)]
 mod tests;

@@ -10,6 +10,7 @@ mod board;
 mod csr;
 mod fact;
 mod fleet;
+pub mod grid;
 
 pub use board::{Assignment, BoardNetwork, BoardView, Literal, Target};
 pub use csr::{Csr, CsrView};
