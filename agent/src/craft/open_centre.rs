@@ -110,6 +110,11 @@ impl OpenCentre {
         Ok(())
     }
 
+    /// Forgets what no reply has taken: the interval was given up.
+    pub(super) fn give_up(&mut self) {
+        self.seats.iter_mut().for_each(|seat| seat.news.clear());
+    }
+
     /// Stamps what was applied since the last call as applied at `now`.
     pub(super) fn stamp_applied(&mut self, now: Nanos, measured: &mut Measured) {
         for intended in self.applied.drain(..) {

@@ -187,6 +187,12 @@ impl OpenClient {
         Ok(())
     }
 
+    /// Sends nothing any more: the interval was given up.
+    pub(super) fn give_up(&mut self) {
+        self.unsent.clear();
+        self.is_finished = true;
+    }
+
     /// Stamps what was applied since the last call as known at `now`.
     pub(super) fn stamp_applied(&mut self, now: Nanos, measured: &mut Measured) {
         for Applied { intended, way, changes } in self.applied.drain(..) {

@@ -109,6 +109,16 @@ impl Craft {
         }
     }
 
+    /// Begins nothing new any more, once the report of the interval is made: of an interval that did not
+    /// become quiet nothing may reach into the next epoch.
+    pub fn give_up(&mut self) {
+        match &mut self.role {
+            Role::OpenClient(client) => client.give_up(),
+            Role::OpenCentre(centre) => centre.give_up(),
+            _ => {}
+        }
+    }
+
     /// What the craft measures in open mode.
     #[must_use]
     pub const fn measured(&self) -> &Measured {

@@ -128,3 +128,55 @@ impl Seen {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{FactId, LATE_PLAY_NS, Nanos, OpenSpec, ReadSeen, Schedule, Seen, TraceRecord};
+
+    const SPEC: OpenSpec =
+        OpenSpec { duration_ns: 1_000, slice_ns: 100, asks_every_ns: 10, stamps_stages: true };
+
+    fn trace() -> Vec<TraceRecord> {
+        [10, 10, 900, 1_000].map(|at_ns| TraceRecord::write(at_ns, FactId(0), true)).to_vec()
+    }
+
+    #[test]
+    fn everything_of_one_due_time_is_played_together() {
+        let (mut schedule, trace) = (Schedule::of(&SPEC), trace());
+        assert_eq!(schedule.next_due(&trace), None, "nobody said when it begins");
+        assert_eq!(schedule.start(Nanos(5_000), &trace), Nanos(6_000));
+        assert_eq!(schedule.take_due(Nanos(5_009), &trace), None);
+        let taken = schedule.take_due(Nanos(5_950), &trace).map(|(at, part)| (at, part.len()));
+        assert_eq!(taken, Some((10, 2)), "the next due time is left to the next call");
+        assert_eq!(schedule.next_due(&trace), Some(Nanos(5_900)));
+        assert!(schedule.take_due(Nanos(5_950), &trace).is_some());
+        assert_eq!(schedule.next_due(&trace), None, "what is due at the end is not played");
+        assert_eq!((schedule.played(), schedule.left(Nanos(5_950))), (3, 0));
+        assert!(!schedule.is_over(Nanos(5_950)) && schedule.is_over(Nanos(6_000)));
+    }
+
+    #[test]
+    fn what_was_due_before_the_end_is_made_a_little_later_and_then_no_more() {
+        let trace = trace();
+        let mut schedule = Schedule::of(&SPEC);
+        let ends = schedule.start(Nanos(0), &trace);
+        assert!(!schedule.is_over(ends), "three records are left");
+        assert!(schedule.take_due(ends.plus(LATE_PLAY_NS), &trace).is_some());
+        let too_late = ends.plus(LATE_PLAY_NS + 1);
+        assert_eq!(schedule.take_due(too_late, &trace), None);
+        assert_eq!((schedule.played(), schedule.left(too_late)), (2, 0));
+        assert!(schedule.is_over(too_late));
+    }
+
+    #[test]
+    fn an_older_write_that_arrives_late_does_not_hide_a_newer_one() {
+        let mut seen = Seen::default();
+        seen.reset(2);
+        seen.note(FactId(1), 500);
+        seen.note(FactId(1), 300);
+        assert_eq!(seen.newest_ns(FactId(1)), 500);
+        assert_eq!(seen.newest_ns(FactId(0)), ReadSeen::NOTHING);
+        seen.note(FactId(0), 0);
+        assert_eq!(seen.newest_ns(FactId(0)), 0);
+    }
+}

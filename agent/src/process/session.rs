@@ -294,6 +294,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             ..self.craft.report()
         };
         self.add_interval(&mut report);
+        self.craft.give_up();
         let archive = rkyv::to_bytes::<rkyv::rancor::Error>(&report)
             .expect("invariant: memory takes every archive");
         let parts = archive.chunks(REPORT_PART_BYTES);

@@ -14,9 +14,7 @@ use agent::simulation::SimulationError;
 use shared_types::knowledge::FleetNetwork;
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
-use shared_types::wire::{
-    Class, EpochSpec, Header, Kind, OpenSpec, TallyReport, Traffic, TrialReport,
-};
+use shared_types::wire::{Class, EpochSpec, Header, Kind, TallyReport, Traffic, TrialReport};
 use zerocopy::FromBytes;
 
 /// How far ahead of the trace its beginning is told, ns: a part for all, and one for each process,
@@ -59,8 +57,14 @@ impl RealFleet<'_> {
         let cpu_start = clock::process_cpu();
         let orchestrator_sleeps = self.sleep(ends)?;
         let orchestrator_cpu_ns = clock::process_cpu().since(cpu_start);
-        let is_quiet = self.await_quiet(spec, &open, ends)?;
+        let exchanges_ns = open.asks_every_ns.saturating_mul(QUIET_GRACE_EXCHANGES);
+        let is_quiet = self.await_quiet(spec, ends.plus(QUIET_GRACE_NS).plus(exchanges_ns))?;
         let reports = self.collect(spec)?;
+        if !is_quiet {
+            // Who has reported begins nothing new; what is still under way must not be late in the
+            // next epoch.
+            self.await_quiet(spec, clock::now().plus(QUIET_GRACE_NS))?;
+        }
         Ok(PlayedOpen {
             reports,
             is_quiet,
@@ -70,15 +74,8 @@ impl RealFleet<'_> {
         })
     }
 
-    /// Asks until the fleet is quiet; says whether it became so within the grace.
-    fn await_quiet(
-        &mut self,
-        spec: &EpochSpec,
-        open: &OpenSpec,
-        ends: Nanos,
-    ) -> Result<bool, PlayError> {
-        let exchanges_ns = open.asks_every_ns.saturating_mul(QUIET_GRACE_EXCHANGES);
-        let given_up = ends.plus(QUIET_GRACE_NS).plus(exchanges_ns);
+    /// Asks until the fleet is quiet; says whether it became so before it is given up.
+    fn await_quiet(&mut self, spec: &EpochSpec, given_up: Nanos) -> Result<bool, PlayError> {
         let mut received_before = None;
         for question in 0.. {
             self.sleep(clock::now().plus(QUESTION_PAUSE_NS))?;

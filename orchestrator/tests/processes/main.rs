@@ -44,6 +44,8 @@ const TESTS: &[Test] = tests![
     endings::craft_hears_the_orchestrator_and_not_the_terminal,
     endings::craft_refuses_a_dead_run_and_a_foreign_parent,
     opens::every_strategy_plays_a_trace_as_in_simulation,
+    opens::time_limit_and_signal_end_an_interval,
+    opens::what_a_saturated_interval_left_undone_reaches_no_other,
     opens::killed_craft_ends_an_interval_and_nothing_is_left,
     runs::living_runs_are_private_and_never_cleaned,
     runs::dead_run_is_cleaned_with_its_segments_and_stopped_craft,

@@ -14,6 +14,7 @@ use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, Topology};
 use shared_types::rng::{Purpose, Stream};
 use shared_types::scenario::Pinning;
+use shared_types::time::Nanos;
 use shared_types::trace::{TraceRecord, to_words};
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::transport::{WakeMode, clock};
@@ -95,7 +96,11 @@ fn spec(epoch: u32, strategy: StrategyKind, duration_ns: u64) -> EpochSpec {
 }
 
 /// Lets `play` use a real fleet of [`CRAFTS`] crafts, and looks that nothing of it is left.
-fn with_fleet<T>(has_centre: bool, play: impl FnOnce(&mut RealFleet<'_>) -> T) -> T {
+fn with_fleet<T>(
+    has_centre: bool,
+    run_ends: Option<Nanos>,
+    play: impl FnOnce(&mut RealFleet<'_>) -> T,
+) -> T {
     let mut signals = Signals::install().expect("signals");
     let launcher = Launcher::new(env!("CARGO_BIN_EXE_slateswarm"), CraftErrors::Kept);
     let allowed = Processors::of_this_process().expect("processors");
@@ -107,7 +112,7 @@ fn with_fleet<T>(has_centre: bool, play: impl FnOnce(&mut RealFleet<'_>) -> T) -
         wake: WakeMode::Adaptive,
         placement: Placement::draw(&allowed, Pinning::Balanced, processes, &mut draws),
         turn_limit_ns: 5_000_000_000,
-        run_ends: None,
+        run_ends,
     };
     let mut fleet = RealFleet::launch(options, &launcher, &mut signals).expect("a fleet");
     let processes = fleet.process_ids();
@@ -138,7 +143,7 @@ pub(crate) fn every_strategy_plays_a_trace_as_in_simulation() {
     let view = network.view();
     let trace: Vec<_> = view.trace.iter().map(|part| part.to_vec()).collect();
     let mut simulation = Simulation::new(CRAFTS, MemoryOptions::default());
-    with_fleet(true, |fleet| {
+    with_fleet(true, None, |fleet| {
         for (epoch, strategy) in (0..).zip(STRATEGIES) {
             let spec = spec(epoch, strategy, 500_000_000);
             let played = fleet.play_open(&spec, &network).expect("an interval");
@@ -165,7 +170,7 @@ pub(crate) fn every_strategy_plays_a_trace_as_in_simulation() {
 
 pub(crate) fn killed_craft_ends_an_interval_and_nothing_is_left() {
     let network = network(2_000);
-    let lost = with_fleet(false, |fleet| {
+    let lost = with_fleet(false, None, |fleet| {
         let victim = i32::try_from(fleet.process_ids()[2]).expect("a process");
         let victim = Pid::from_raw(victim).expect("a process");
         let killer = std::thread::spawn(move || {
@@ -182,4 +187,48 @@ pub(crate) fn killed_craft_ends_an_interval_and_nothing_is_left() {
     });
     let crafts: Vec<CraftId> = lost.iter().map(|ended| ended.craft).collect();
     assert_eq!(crafts, [CraftId(2)]);
+}
+
+pub(crate) fn time_limit_and_signal_end_an_interval() {
+    let network = network(2_000);
+    let spec = spec(0, StrategyKind::CentralBatched, 20_000_000_000);
+    let soon = clock::now().plus(1_000_000_000);
+    let played = with_fleet(true, Some(soon), |fleet| fleet.play_open(&spec, &network));
+    assert!(matches!(played, Err(PlayError::TimeLimit)), "{played:?}");
+    let played = with_fleet(true, None, |fleet| {
+        let own = rustix::process::getpid();
+        let asking = std::thread::spawn(move || {
+            let due = clock::now().plus(300_000_000);
+            until("the interval to be under way", || (clock::now() >= due).then_some(()));
+            kill_process(own, Signal::TERM).expect("a signal");
+        });
+        let played = fleet.play_open(&spec, &network);
+        asking.join().expect("who asks");
+        played
+    });
+    assert!(matches!(played, Err(PlayError::Stopped(_))), "{played:?}");
+}
+
+pub(crate) fn what_a_saturated_interval_left_undone_reaches_no_other() {
+    let mut network = network(100);
+    // Every craft has more to tell than round trips fit.
+    let write = |step: u64| TraceRecord::write(step * 1_000, FactId(0), step.is_multiple_of(2));
+    let many: Vec<TraceRecord> = (0..100_000).map(write).collect();
+    let few = std::mem::replace(&mut network.trace, vec![to_words(&many); CRAFTS as usize]);
+    with_fleet(true, None, |fleet| {
+        let saturated = spec(0, StrategyKind::Central, 100_000_000);
+        let played = fleet.play_open(&saturated, &network).expect("an interval");
+        assert!(!played.is_quiet);
+        let observed = ObservedOpen { reports: &played.reports, is_quiet: false };
+        assert_eq!(compare_open(&saturated, &network.view(), &observed), []);
+        network.trace = few;
+        let spec = EpochSpec { network: 1, ..spec(1, StrategyKind::Central, 200_000_000) };
+        let played = fleet.play_open(&spec, &network).expect("an interval");
+        assert!(played.is_quiet);
+        for report in &played.reports {
+            assert!(!report.counters.losses.is_partial(), "{:?}", report.counters.losses);
+        }
+        let observed = ObservedOpen { reports: &played.reports, is_quiet: true };
+        assert_eq!(compare_open(&spec, &network.view(), &observed), []);
+    });
 }

@@ -12,7 +12,7 @@ use shared_types::rng::{Purpose, Stream};
 use shared_types::trace::TraceRecord;
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::wire::{
-    Class, EpochSpec, OpenReport, OpenSpec, Stage, StrategyKind, TrialReport,
+    Class, EpochSpec, OpenReport, OpenSpec, ReadSeen, Stage, StrategyKind, TrialReport,
 };
 
 const STRATEGIES: [StrategyKind; 8] = [
@@ -318,4 +318,81 @@ fn news_that_no_reply_holds_ride_on_several() {
         assert_eq!(open(&played.reports[receiver]).applied_from[0], 40);
     }
     assert_eq!(stage(&played.reports[0], Stage::RecordsPerSample).max(), 15);
+}
+
+#[test]
+fn a_read_sees_the_newest_write_that_its_board_knows() {
+    let network = network(2, 1);
+    let writes = [(1_000_000, true), (5_000_000, false)];
+    let reads = [500_000, 3_000_000, 9_000_000].map(|at_ns| TraceRecord::read(at_ns, FactId(0)));
+    let writes = writes.map(|(at_ns, holds)| TraceRecord::write(at_ns, FactId(0), holds));
+    let trace = vec![writes.to_vec(), reads.to_vec()];
+    for strategy in STRATEGIES {
+        let (_, played) = play(&spec(strategy, 16), &network, &trace, 1_000);
+        let seen = &open(&played.reports[1]).reads;
+        let times: Vec<(u32, u64)> = seen.iter().map(|read| (read.number, read.at_ns)).collect();
+        assert_eq!(times, [(0, 500_000), (1, 3_000_000), (2, 9_000_000)], "{strategy}");
+        let newest: Vec<u64> = seen.iter().map(|read| read.seen_ns).collect();
+        let nothing = ReadSeen::NOTHING;
+        let wanted = match strategy {
+            StrategyKind::Null => [nothing; 3],
+            _ => [nothing, 1_000_000, 5_000_000],
+        };
+        assert_eq!(newest, wanted, "{strategy}");
+    }
+}
+
+#[test]
+fn what_is_due_after_the_end_is_not_played() {
+    let network = network(4, 2);
+    let trace = trace(4, 2, 20_000);
+    for strategy in STRATEGIES {
+        let mut spec = spec(strategy, 16);
+        let duration_ns = 300_000;
+        spec.open.as_mut().expect("open mode").duration_ns = duration_ns;
+        let (_, played) = play(&spec, &network, &trace, 1_000);
+        for (report, part) in played.reports.iter().zip(&trace) {
+            let due = part.iter().filter(|record| record.at_ns < duration_ns).count();
+            assert!(due < part.len());
+            assert_eq!(open(report).records_played, due as u64, "{strategy}");
+        }
+        let parts = trace.iter().map(Vec::as_slice).collect();
+        let view = FleetView { trace: parts, ..network.view() };
+        let observed = ObservedOpen { reports: &played.reports, is_quiet: true };
+        assert_eq!(compare_open(&spec, &view, &observed), [], "{strategy}");
+        let after: u64 = played.reports.iter().map(|report| open(report).applied_after_end).sum();
+        let by: u64 = played.reports.iter().map(|report| open(report).applied_by_end).sum();
+        assert!(strategy == StrategyKind::Null || by > 0, "{strategy}: {by} and {after} later");
+    }
+}
+
+#[test]
+fn without_stamps_only_time_to_knowledge_is_recorded() {
+    let (network, trace) = one_way(20);
+    for strategy in [StrategyKind::Boundary, StrategyKind::CentralBatched] {
+        let mut spec = spec(strategy, 16);
+        spec.open.as_mut().expect("open mode").stamps_stages = false;
+        let (_, played) = play(&spec, &network, &trace, 1_000);
+        assert_eq!(knowledge(&played.reports[1]).len(), 20, "{strategy}");
+        for report in &played.reports {
+            assert_eq!(open(report).stages, [], "{strategy}");
+            assert_eq!(open(report).shares, [[0; 4]; 0], "{strategy}");
+        }
+    }
+}
+
+#[test]
+fn shares_add_up_to_every_application() {
+    let (network, trace) = (network(5, 3), trace(5, 3, 20_000));
+    for strategy in STRATEGIES {
+        let (_, played) = play(&spec(strategy, 16), &network, &trace, 1_000);
+        for report in &played.reports {
+            let of_part = |part| {
+                let rows = open(report).shares.iter().filter(|row| row[1] == part);
+                rows.map(|row| u64::from(row[3])).sum::<u64>()
+            };
+            let known = knowledge(report).len();
+            assert_eq!([0, 1, 2].map(of_part), [known; 3], "{strategy}");
+        }
+    }
 }

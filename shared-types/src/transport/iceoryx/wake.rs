@@ -33,15 +33,23 @@ pub(super) fn sleep(
     let bell = PollFd::from_borrowed_fd(descriptor::of(listener), PollFlags::IN);
     let longest = clock::now().plus(SLEEP_NS_MAX);
     let until = until.map_or(longest, |until| until.min(longest));
-    let wake = if others.is_empty() {
-        wait_for(&mut [bell], until)?
-    } else {
-        let mut all = Vec::with_capacity(1 + others.len());
-        all.push(bell);
-        all.extend(others.iter().map(|&other| PollFd::from_borrowed_fd(other, PollFlags::IN)));
-        wait_for(&mut all, until)?
+    let readable = |other| PollFd::from_borrowed_fd(other, PollFlags::IN);
+    let wake = match *others {
+        [] => wait_for(&mut [bell], until)?,
+        // What a craft waits with: nothing is allocated for it.
+        [other] => wait_for(&mut [bell, readable(other)], until)?,
+        _ => {
+            let mut all = Vec::with_capacity(1 + others.len());
+            all.push(bell);
+            all.extend(others.iter().copied().map(readable));
+            wait_for(&mut all, until)?
+        }
     };
-    listener.try_wait(|_| ()).map_err(|error| super::peers::transport_error("hearing", error))?;
+    if wake != Wake::Timeout {
+        listener
+            .try_wait(|_| ())
+            .map_err(|error| super::peers::transport_error("hearing", error))?;
+    }
     Ok(wake)
 }
 
