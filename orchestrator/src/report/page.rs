@@ -42,9 +42,9 @@ body{font-family:Helvetica,Arial,Liberation Sans,sans-serif;max-width:62rem;marg
 padding:0 1rem;line-height:1.4;background:#fff;color:#1b1f24}\
 h1{font-size:1.5rem}h2{font-size:1.2rem;margin-top:2.2rem}\
 table{border-collapse:collapse;font-variant-numeric:tabular-nums}\
-th,td{padding:.15rem .6rem;text-align:right;white-space:nowrap}\
+table{font-size:.9rem}th,td{padding:.15rem .5rem;text-align:right;white-space:nowrap}\
 th:first-child,td:first-child{text-align:left}\
-thead th{border-bottom:1px solid #57606a}tbody th{padding-top:.7rem}\
+thead tr:last-child th{border-bottom:1px solid #57606a}tbody th{padding-top:.7rem}\
 .wide{overflow-x:auto}pre{overflow-x:auto;font-size:.8rem}\
 figure{margin:1.5rem 0;border:1px solid #d8dee4}figure svg{display:block;width:100%;height:auto}\
 .missing{border-left:4px solid #d55e00;padding-left:.8rem}\

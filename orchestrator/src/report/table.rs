@@ -157,7 +157,7 @@ impl Table {
         text
     }
 
-    /// The table as an element of a page: every column that the text shows, with its group in its head.
+    /// The table as an element of a page: every column that the text shows, with the heads of groups.
     #[must_use]
     pub fn html(&self) -> Element {
         let shown = self.shown();
@@ -166,11 +166,18 @@ impl Table {
             texts.for_each(|text| row.push(Element::new(name).text(text)));
             row
         };
-        let heads = |&column: &usize| {
-            let Column { head, group } = &self.columns[column];
-            format!("{group} {}", head.trim()).trim().to_owned()
-        };
-        let head = cells("th", &mut shown.iter().map(heads));
+        let mut head = Element::new("thead");
+        let spans = self.spans(&shown);
+        if spans.iter().any(|(group, _)| !group.is_empty()) {
+            let mut groups = Element::new("tr");
+            for (group, span) in spans {
+                let wide = Element::new("th").with("colspan", span.len().to_string());
+                groups.push(wide.text(group));
+            }
+            head.push(groups);
+        }
+        let mut names = shown.iter().map(|&column| self.columns[column].head.trim().to_owned());
+        head.push(cells("th", &mut names));
         let mut body = Element::new("tbody");
         for line in &self.lines {
             body.push(match line {
@@ -183,7 +190,7 @@ impl Table {
                 }
             });
         }
-        Element::new("table").holding(Element::new("thead").holding(head)).holding(body)
+        Element::new("table").holding(head).holding(body)
     }
 
     /// The columns that hold anything but dashes, and the first.
@@ -316,7 +323,8 @@ mod tests {
         let text = table.render(Colour::Never);
         assert_eq!(text, "       counts\nname    a   b\nfull  1.0 2.0\ntwo\nnull 10.0 2.0\n");
         let html = table.html().render().replace('\n', "");
-        let head = "<tr><th>name</th><th>counts a</th><th>counts b</th></tr>";
+        let head = "<tr><th colspan=\"1\"></th><th colspan=\"2\">counts</th></tr>\
+                    <tr><th>name</th><th>a</th><th>b</th></tr>";
         assert!(html.contains(head), "{html}");
         assert!(html.contains("<tr><th colspan=\"3\">two</th></tr><tr><td>null</td>"), "{html}");
     }
