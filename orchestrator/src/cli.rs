@@ -79,8 +79,8 @@ pub enum Command {
 }
 
 /// Flags that decide what a run does: one that is resumed has them already.
-const PLAN_FLAGS: [&str; 8] =
-    ["strategies", "trials", "blocks", "seed", "set", "out", "wake", "cores"];
+const PLAN_FLAGS: [&str; 9] =
+    ["strategies", "trials", "blocks", "controls", "seed", "set", "out", "wake", "cores"];
 
 /// What every run may be told.
 #[derive(Clone, Debug, Default, Args)]
@@ -125,15 +125,20 @@ pub struct CommonArguments {
 /// `compare`.
 #[derive(Clone, Debug, Args)]
 pub struct CompareArguments {
+    /// `compare`, or `paper`: nine fresh fleets a size up to 50 crafts, capacity, loads at shares of it;
+    /// hours, which it says first [default: compare].
+    #[arg(value_parser = ["compare", "paper"], hide_possible_values = true)]
+    pub preset: Option<String>,
     /// Goes on with a run that was cut off, in its directory and as it was started.
     #[arg(long, value_name = "DIR", conflicts_with_all = PLAN_FLAGS)]
-    #[arg(conflicts_with_all = ["sizes", "simulated", "no_timing", "timing_only"])]
+    #[arg(conflicts_with_all = ["preset", "sizes", "load_sizes", "simulated"])]
+    #[arg(conflicts_with_all = ["no_timing", "timing_only"])]
     pub resume: Option<PathBuf>,
-    /// Fleet sizes.
-    #[arg(long, value_delimiter = ',', default_value = "2,3,5,10", value_name = "SIZES")]
-    pub sizes: Vec<u32>,
+    /// Fleet sizes [default: 2,3,5,10].
+    #[arg(long, value_delimiter = ',', value_name = "SIZES")]
+    pub sizes: Option<Vec<u32>>,
     /// Fleet sizes that are offered loads, among `--sizes`; `none` for none [default: 10, where it is
-    /// one of them].
+    /// one of them; of `paper` all].
     #[arg(long, value_name = "SIZES", value_parser = load_sizes)]
     pub load_sizes: Option<LoadSizes>,
     /// On the memory network instead of real processes: counts only, no times.
@@ -174,8 +179,9 @@ pub struct SweepArguments {
     /// A mission file, or the name of a preset.
     #[arg(required_unless_present = "resume")]
     pub scenario: Option<String>,
-    /// Varies any key of the scenario; several keys make a grid: `--vary network.links=100,300`.
-    #[arg(long, value_name = "KEY=VALUES", required_unless_present = "resume")]
+    /// Varies any key of the scenario; several keys make a grid: `--vary network.links=100,300`. The
+    /// presets `map` and `map-small` have axes of their own.
+    #[arg(long, value_name = "KEY=VALUES")]
     pub vary: Vec<String>,
     /// Goes on with a sweep that was cut off: cells that are done are kept.
     #[arg(long, value_name = "DIR", conflicts_with_all = PLAN_FLAGS)]

@@ -13,11 +13,16 @@ use crate::scenario::ResolvedScenario;
 use shared_types::scenario::GeneratedNetwork;
 use shared_types::wire::StrategyKind;
 
-/// The preset that `compare` runs.
+/// The preset that `compare` runs unless it is told another.
 pub const PRESET: &str = "compare";
 
-/// The fleet size that is offered loads unless others are asked for.
-const LOAD_SIZE: u32 = 10;
+/// Fleet sizes of a preset, and those of them that are offered loads, unless others are asked for.
+fn usual_sizes(preset: &str) -> (&'static [u32], &'static [u32]) {
+    match preset {
+        "paper" => (&[2, 3, 5, 10, 20, 50], &[2, 3, 5, 10, 20, 50]),
+        _ => (&[2, 3, 5, 10], &[10]),
+    }
+}
 
 /// Runs the comparison and prints its table.
 ///
@@ -26,7 +31,8 @@ const LOAD_SIZE: u32 = 10;
 pub fn compare(arguments: &CompareArguments, setting: Setting) -> Result<Outcome, Refusal> {
     let Some(directory) = &arguments.resume else {
         let mode = arguments.simulated.then_some("simulated");
-        let base = load_scenario(PRESET, &arguments.common, mode)?;
+        let preset = arguments.preset.as_deref().unwrap_or(PRESET);
+        let base = load_scenario(preset, &arguments.common, mode)?;
         let destination = Destination::New(Place::Below(&arguments.common.out));
         return compare_from(&base, arguments, destination, setting);
     };
@@ -44,15 +50,17 @@ fn compare_from(
     destination: Destination<'_>,
     setting: Setting,
 ) -> Result<Outcome, Refusal> {
-    let scenarios = sized(base, &arguments.sizes)?;
+    let preset = arguments.preset.as_deref().unwrap_or(PRESET);
+    let sizes = arguments.sizes.as_deref().unwrap_or(usual_sizes(preset).0);
+    let scenarios = sized(base, sizes)?;
     let scope = match (arguments.no_timing, arguments.timing_only) {
         (true, _) => Scope::Counts,
         (_, true) => Scope::Times,
         _ => Scope::All,
     };
-    let load_sizes = load_sizes(arguments)?;
+    let load_sizes = load_sizes(arguments, sizes, usual_sizes(preset).1)?;
     let job = Job {
-        name: PRESET,
+        name: preset,
         scenarios,
         scope,
         load_sizes: Some(&load_sizes),
@@ -75,11 +83,15 @@ fn compare_from(
 }
 
 /// The sizes that are offered loads.
-fn load_sizes(arguments: &CompareArguments) -> Result<Vec<u32>, Refusal> {
+fn load_sizes(
+    arguments: &CompareArguments,
+    sizes: &[u32],
+    usual: &[u32],
+) -> Result<Vec<u32>, Refusal> {
     let Some(LoadSizes(asked)) = &arguments.load_sizes else {
-        return Ok(vec![LOAD_SIZE]);
+        return Ok(usual.to_vec());
     };
-    match asked.iter().find(|size| !arguments.sizes.contains(size)) {
+    match asked.iter().find(|size| !sizes.contains(size)) {
         None => Ok(asked.clone()),
         Some(size) => Err(Refusal::new(format!(
             "`--load-sizes {size}`: no fleet of {size} is run; add it to `--sizes`"

@@ -14,6 +14,7 @@ use crate::results::resume::Unfinished;
 use crate::results::store::{Place, Store};
 use crate::results::summary::Summary;
 use crate::run::demand::demand;
+use crate::run::estimate;
 use crate::run::plan::RunPlan;
 use crate::run::{Progress as _, Runner};
 use crate::scenario::ResolvedScenario;
@@ -22,6 +23,9 @@ use shared_types::transport::RunPaths;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_64;
+
+/// A run that takes longer says so before it starts, s.
+const TOLD_FROM_S: f64 = 100.0;
 
 /// What to run besides what the scenario says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,6 +110,10 @@ pub(super) fn execute_under(
     for notice in first.notices().iter().filter(|_| is_told) {
         progress.say(notice);
     }
+    let seconds = estimate::seconds(&plan);
+    if seconds > TOLD_FROM_S && is_told && part.is_none() {
+        progress.say(&format!("this takes {}", estimate::in_words(seconds)));
+    }
     let launcher = Launcher::of_this_executable(CraftErrors::Kept);
     let ran = Runner::new(&plan, &mut store, &mut progress).run(&launcher, signals);
     let outcome = ran.map_err(|error| refused(&error))?;
@@ -148,12 +156,13 @@ fn digests(plan: &RunPlan) -> BTreeMap<String, Digest> {
     let scenarios: Vec<String> = plan.fleets.iter().map(|fleet| fleet.scenario.to_toml()).collect();
     let orders: Vec<_> =
         plan.fleets.iter().map(|fleet| (&fleet.strategies, &fleet.order, &fleet.loads)).collect();
+    let searched: Vec<_> = plan.fleets.iter().map(|fleet| &fleet.searched).collect();
     let placements: Vec<_> = plan.fleets.iter().map(|fleet| &fleet.placement).collect();
-    let measured = (plan.timing, plan.open);
+    let measured = (plan.timing, plan.open, &plan.capacity);
     let rest = (plan.trials, measured, plan.wake, plan.turn_limit_ns, plan.is_simulated);
     [
         ("the digest of the scenario", digest(&scenarios)),
-        ("the digest of strategies and their order", digest(&orders)),
+        ("the digest of strategies and their order", digest(&(orders, searched))),
         ("the digest of trials and timing", digest(&rest)),
         ("the digest of who runs on which processor", digest(&placements)),
     ]

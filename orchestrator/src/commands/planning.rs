@@ -6,14 +6,17 @@ use super::record::trace_from_file;
 use crate::cli::CommonArguments;
 use crate::launch::placement::{Placement, Processors};
 use crate::results::record::Label;
+use crate::run::capacity::Search;
 use crate::run::offer::load_trial;
 use crate::run::order::{balanced_orders, labels};
-use crate::run::plan::{FleetPlan, LoadLabel, LoadPlan, Offered, OpenPlan, RunPlan, TimingPlan};
+use crate::run::plan::{
+    CapacityPlan, FleetPlan, LoadLabel, LoadPlan, Offered, OpenPlan, RunPlan, TimingPlan,
+};
 use crate::scenario::{ResolvedScenario, compile};
 use crate::workload::{Trace, draw_at};
 use shared_types::knowledge::FleetNetwork;
 use shared_types::rng::{Purpose, Stream};
-use shared_types::scenario::{Fleet, LoadEntry, LoadStrategies, RunMode, Scenario};
+use shared_types::scenario::{Capacity, Fleet, LoadEntry, LoadStrategies, RunMode, Scenario};
 use shared_types::wire::StrategyKind;
 
 /// How long a cell runs unmeasured before its times count, ns (MEASURING: at least 200 ms).
@@ -29,6 +32,9 @@ const SLICES_WANTED: u64 = 100;
 /// Epochs under `central` and `pipelined` together have this many turns: each takes a hundred round
 /// trips a craft.
 const TURNS_OF_ROUND_TRIPS: u32 = 100;
+
+/// Orders of searches for capacity have this number, beyond those of all loads.
+const CAPACITY_ORDERS: u32 = 1000;
 
 /// Name of the load that `run.rate-per-s` states.
 const STATED_LOAD: &str = "stated";
@@ -62,10 +68,17 @@ pub(super) fn plan(
         let is_wanted = is_loaded && !is_simulated && scope != Scope::Counts;
         offers.push(if is_wanted { offered(scenario)? } else { Vec::new() });
     }
+    let Capacity { bursts, .. } = &first.capacity;
+    let is_searched = |scenario: &ResolvedScenario| {
+        let is_wanted = load_sizes.is_none_or(|sizes| sizes.contains(&scenario.craft_count()));
+        is_wanted && !bursts.is_empty() && !is_simulated && scope != Scope::Counts
+    };
+    let capacity = scenarios.iter().any(is_searched).then(|| capacity_plan(&first.capacity));
     let open = offers.iter().any(|offers| !offers.is_empty()).then(|| open_plan(&first, &offers));
     let processors = processors(&first.fleet)?;
     let mut draws = Stream::new(first.run.seed, 0, Purpose::Order, 0);
-    let blocks = if is_timed || open.is_some() { first.run.blocks } else { 1 };
+    let blocks =
+        if is_timed || open.is_some() || capacity.is_some() { first.run.blocks } else { 1 };
     let mut orders: Vec<_> = scenarios
         .iter()
         .map(|scenario| orders_of(scenario, is_timed, blocks).into_iter())
@@ -74,6 +87,10 @@ pub(super) fn plan(
         .iter()
         .zip(&offers)
         .map(|(scenario, offers)| loads_of(scenario, offers, blocks).into_iter())
+        .collect();
+    let mut searches: Vec<_> = scenarios
+        .iter()
+        .map(|scenario| searches_of(scenario, is_searched(scenario), blocks).into_iter())
         .collect();
     let launches = (0..blocks).flat_map(|_| scenarios.iter().cloned().enumerate());
     let fleets = launches.map(|(fleet, scenario)| {
@@ -84,7 +101,8 @@ pub(super) fn plan(
         let processes = scenario.craft_count() + u32::from(has_centre);
         let pinning = scenario.scenario().fleet.pinning;
         let placement = Placement::draw(&processors, pinning, processes, &mut draws);
-        FleetPlan { scenario, strategies, order, loads, placement }
+        let searched = searches[fleet].next().unwrap_or_default();
+        FleetPlan { scenario, strategies, order, loads, searched, placement }
     });
     Ok(RunPlan {
         fleets: fleets.collect(),
@@ -93,6 +111,7 @@ pub(super) fn plan(
         is_simulated,
         timing,
         open,
+        capacity,
         wake: first.fleet.wake,
         turn_limit_ns: u64::from(first.run.turn_limit_ms) * 1_000_000,
         time_limit_s: common.time_limit_s,
@@ -173,6 +192,41 @@ fn open_plan(scenario: &Scenario, offers: &[Vec<Offer>]) -> OpenPlan {
     };
     let slice_ns = SLICE_NS.max(duration_ns.div_ceil(SLICES_WANTED));
     OpenPlan { duration_ns, slice_ns, warm_up_ns: WARM_UP_NS }
+}
+
+/// How capacity is searched.
+fn capacity_plan(capacity: &Capacity) -> CapacityPlan {
+    let duration_ns = whole(capacity.probe_s * 1e9);
+    let slice_ns = SLICE_NS.max(duration_ns.div_ceil(SLICES_WANTED));
+    let search = Search {
+        first_per_s: capacity.first_per_s,
+        lowest_per_s: Search::default().lowest_per_s.min(capacity.first_per_s),
+        highest_per_s: capacity.highest_per_s,
+        ..Search::default()
+    };
+    CapacityPlan {
+        open: OpenPlan { duration_ns, slice_ns, warm_up_ns: WARM_UP_NS },
+        search,
+        bursts: capacity.bursts.clone(),
+        percents: capacity.loads_percent.clone(),
+    }
+}
+
+/// Whose capacity is searched in each block of a fleet, in which order: every strategy that sends, a
+/// central one at its middle asking interval.
+fn searches_of(scenario: &ResolvedScenario, is_searched: bool, blocks: u32) -> Vec<Vec<LoadLabel>> {
+    let asks = &scenario.scenario().run.asks_every_ms;
+    let middle = asks.get(asks.len() / 2).map(|&every| whole(every * 1e6));
+    let sends = |kind: &StrategyKind| *kind != StrategyKind::Null && kind.plays_traces();
+    let strategies =
+        scenario.strategies().iter().copied().filter(|kind| is_searched && sends(kind));
+    let labels: Vec<LoadLabel> = strategies
+        .map(|strategy| LoadLabel {
+            label: Label::first(strategy),
+            asks_every_ns: middle.filter(|_| strategy.has_centre()),
+        })
+        .collect();
+    balanced_orders(&labels, blocks, &mut order_stream(scenario, CAPACITY_ORDERS))
 }
 
 /// Until when a trace from a file lasts: a slice beyond its last record.

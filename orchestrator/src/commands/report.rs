@@ -24,6 +24,7 @@ const NO_PICTURES: &str = "none";
 pub fn report(arguments: &ReportArguments, setting: Setting) -> Result<Outcome, Refusal> {
     if let Some(directory) = SweepFile::find(&arguments.directory) {
         let report = sweep::read(&directory, &arguments.metrics)?;
+        write_page(arguments, &directory, setting, || report.page());
         return print_report(&report, setting, arguments.all);
     }
     if !arguments.metrics.is_empty() {

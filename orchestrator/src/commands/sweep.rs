@@ -15,7 +15,7 @@ use crate::results::summary::Summary;
 use crate::results::sweep::{CellState, SweepCell, SweepFile};
 use crate::run::demand::demand;
 use crate::run::estimate;
-use crate::scenario::{Axis, ResolvedScenario, grid, load_text};
+use crate::scenario::{Axis, ResolvedScenario, grid, load_text, overrides, preset_axes};
 use crate::supervision::signals::Signals;
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
@@ -65,14 +65,20 @@ type Planned = (Vec<String>, ResolvedScenario);
 /// The grid of what was typed; every cell's scenario is checked.
 fn scenarios(arguments: &SweepArguments) -> Result<(Vec<Axis>, Vec<Planned>), Refusal> {
     let name = arguments.scenario.as_deref().unwrap_or_default();
-    let axes: Vec<Axis> =
-        arguments.vary.iter().map(|vary| Axis::parse(vary)).collect::<Result<_, _>>()?;
+    let mut varied: Vec<&str> = arguments.vary.iter().map(String::as_str).collect();
+    if varied.is_empty() {
+        varied = preset_axes(name).to_vec();
+    }
+    let axes: Vec<Axis> = varied.into_iter().map(Axis::parse).collect::<Result<_, _>>()?;
     let mode = arguments.simulated.then_some("simulated");
     let mut cells = Vec::new();
     for values in grid(&axes)? {
-        let set = axes.iter().zip(&values).map(|(axis, value)| axis.set_to(value));
-        let scenario = load_scenario_with(name, &arguments.common, mode, set.collect())?;
+        let Some(set) = overrides(&axes, &values)? else { continue };
+        let scenario = load_scenario_with(name, &arguments.common, mode, set)?;
         cells.push((values, scenario));
+    }
+    if cells.is_empty() {
+        return Err(Refusal::new("no fleet of the grid is large enough for its copies (k-beta)"));
     }
     Ok((axes, cells))
 }
@@ -226,13 +232,14 @@ impl Part {
 /// If there is none, or a metric is asked for that no cell has.
 pub(super) fn read(directory: &Path, metrics: &[String]) -> Result<Sweep, Refusal> {
     let file = SweepFile::read(directory).map_err(|error| Refusal::new(error.to_string()))?;
-    let cells = file.cells.iter().map(|cell| {
-        let run = cell.run(directory);
+    let runs: Vec<_> = file.cells.iter().map(|cell| cell.run(directory)).collect();
+    let cells = runs.iter().map(|run| {
         let state = SweepCell::state(run.as_ref());
         Cell { state, summary: run.as_ref().map(Summary::of) }
     });
     let report = Sweep {
         cells: cells.collect(),
+        map: file.map(&runs),
         file,
         metrics: metrics.to_vec(),
         directory: PathBuf::from(directory),

@@ -9,7 +9,6 @@ mod details;
 pub mod diff;
 mod document;
 mod incidents;
-mod loads;
 pub mod map;
 pub mod networks;
 pub mod page;

@@ -1,9 +1,12 @@
 //! The table of a sweep: chosen metrics, cell by cell.
 
+use super::page::Page;
+use super::pictures::map::map as picture;
 use super::table::{DASH, Table, WIDTH, column, head, short, wrap};
-use super::{Look, Report};
+use super::{Look, Report, map};
 use crate::outcome::Outcome;
 use crate::results::figure::{Figure, Figures};
+use crate::results::map::Map;
 use crate::results::summary::Summary;
 use crate::results::sweep::{CellState, SweepFile};
 use crate::scenario::nearest;
@@ -26,6 +29,8 @@ pub struct Sweep {
     pub file: SweepFile,
     /// One a cell, in the order of the grid.
     pub cells: Vec<Cell>,
+    /// The map, where the sweep is one.
+    pub map: Option<Map>,
     /// The metrics of the table; empty for the usual ones.
     pub metrics: Vec<String>,
     /// Where it lies.
@@ -68,6 +73,8 @@ struct Document<'a> {
     report: &'static str,
     format: u32,
     axes: &'a [crate::scenario::Axis],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    map: Option<&'a Map>,
     cells: Vec<CellDocument<'a>>,
 }
 
@@ -185,8 +192,26 @@ impl Sweep {
     }
 }
 
-impl Report for Sweep {
-    fn table(&self, look: Look) -> String {
+impl Sweep {
+    /// The page: the map if there is one, and what a terminal shows.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let look = Look { all: true, ..Look::default() };
+        let provenance = &self.file.provenance;
+        Page {
+            title: provenance.scenario.clone(),
+            origin: vec![
+                format!("{} with seed {}", provenance.command.join(" "), provenance.seed),
+                format!("begun {}", provenance.date),
+            ],
+            pictures: self.map.iter().map(picture).collect(),
+            text: self.table(look),
+            ..Page::default()
+        }
+    }
+
+    /// The table with as many of the metrics as a terminal is wide.
+    fn wide_table(&self, look: Look) -> String {
         let mut metrics = self.chosen();
         let mut text = self.main_table(&metrics, look);
         let mut left_out = Vec::new();
@@ -199,6 +224,23 @@ impl Report for Sweep {
             let what = format!("too wide for {}; see --format csv", left_out.join(", "));
             text += &wrap("! ", &what);
         }
+        text
+    }
+}
+
+impl Report for Sweep {
+    fn table(&self, look: Look) -> String {
+        let drawn = self.map.as_ref().map_or_else(String::new, |map| map::text(map, look.colour));
+        let mut text = String::new();
+        if self.map.is_none() || look.all || !self.metrics.is_empty() {
+            text = self.wide_table(look);
+        }
+        text = [drawn, text]
+            .iter()
+            .filter(|part| !part.is_empty())
+            .cloned()
+            .collect::<Vec<_>>()
+            .join("\n");
         let done = self.cells.iter().filter(|cell| matches!(cell.state, CellState::Done(_)));
         let (done, all) = (done.count(), self.cells.len());
         text += &format!("\ncells     {done} of {all} done\n");
@@ -231,6 +273,7 @@ impl Report for Sweep {
             report: "sweep",
             format: self.file.format,
             axes: &self.file.axes,
+            map: self.map.as_ref(),
             cells: cells.collect(),
         };
         let text =

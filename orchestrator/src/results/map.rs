@@ -40,12 +40,14 @@ pub struct Observation {
     pub transmissions: u64,
     /// Samples received by another craft, replies included.
     pub deliveries: u64,
+    /// Whether its run had the host for itself.
+    pub is_clean: bool,
 }
 
 impl Observation {
-    /// What `record`, of a fleet with `k_beta`, says.
+    /// What `record`, of a fleet with `k_beta`, says; of a run that was `is_clean` or not.
     #[must_use]
-    pub fn of(k_beta: f64, record: &LoadRecord) -> Self {
+    pub fn of(k_beta: f64, record: &LoadRecord, is_clean: bool) -> Self {
         let knowledge = record.stages.get(&Stage::Knowledge);
         let p99_ns = knowledge.and_then(|knowledge| knowledge.quantile_ns(Quantile::P99));
         let total = record.counts.total();
@@ -59,6 +61,7 @@ impl Observation {
             p99_ns: p99_ns.filter(|_| record.saturated.is_none()),
             transmissions: total.transmissions,
             deliveries: total.deliveries,
+            is_clean,
         }
     }
 }
@@ -144,18 +147,18 @@ type OfCell<'a> = Vec<&'a Observation>;
 type Measure = fn(&Observation) -> Option<f64>;
 
 impl Map {
-    /// The map of `observations`. Draws come from `seed`; on a host that was not `is_clean` no
-    /// strategy is named by a clock.
+    /// The map of `observations`. Draws come from `seed`; in a cell whose run was not clean no strategy
+    /// is named by a clock.
     #[must_use]
-    pub fn of(observations: &[Observation], seed: u64, is_clean: bool) -> Self {
+    pub fn of(observations: &[Observation], seed: u64) -> Self {
         let mut cells: BTreeMap<(u32, Place), OfCell<'_>> = BTreeMap::new();
         for one in observations.iter().filter(|one| one.k_beta.is_finite()) {
             cells.entry((one.size, Place(one.k_beta))).or_default().push(one);
         }
         // Without a strategy that sends there is nothing to choose.
         cells.retain(|_, cell| cell.iter().any(|one| sends(one)));
-        let by_cpu = choices(&cells, cpu_per_needed, seed, 0, is_clean);
-        let by_p99 = choices(&cells, |one| one.p99_ns.map(as_float), seed, 1, is_clean);
+        let by_cpu = choices(&cells, cpu_per_needed, seed, 0);
+        let by_p99 = choices(&cells, |one| one.p99_ns.map(as_float), seed, 1);
         let sizes: BTreeSet<u32> = cells.keys().map(|&(size, _)| size).collect();
         let k_betas: BTreeSet<Place> = cells.keys().map(|&(_, place)| place).collect();
         let predicted = |&size: &u32| {
@@ -238,7 +241,6 @@ fn choices(
     measure: Measure,
     seed: u64,
     panel: u32,
-    is_clean: bool,
 ) -> Vec<Option<Choice>> {
     let (mut names, mut pairings) = (Vec::new(), Vec::new());
     for (number, cell) in (0..).zip(cells.values()) {
@@ -247,12 +249,16 @@ fn choices(
         names.push(pair.as_ref().map(|(best, runner_up, _)| (*best, *runner_up)));
         pairings.extend(pair.map(|(_, _, pairing)| pairing));
     }
-    let mut compared = compare(pairings, is_clean).into_iter();
-    let choice = |names: Option<(StrategyKind, StrategyKind)>| {
+    let mut compared = compare(pairings, true).into_iter();
+    let choice = |(cell, names): (&OfCell<'_>, Option<(StrategyKind, StrategyKind)>)| {
         let (best, runner_up) = names?;
-        compared.next().flatten().map(|comparison| choice_of(best, runner_up, &comparison))
+        let mut comparison = compared.next().flatten()?;
+        if cell.iter().any(|one| !one.is_clean) {
+            comparison.verdict = Verdict::Noisy;
+        }
+        Some(choice_of(best, runner_up, &comparison))
     };
-    names.into_iter().map(choice).collect()
+    cells.values().zip(names).map(choice).collect()
 }
 
 fn choice_of(best: StrategyKind, runner_up: StrategyKind, comparison: &Comparison) -> Choice {

@@ -11,12 +11,14 @@
 
 use super::directory::{make_directory, point_latest_at};
 use super::event::Event;
+use super::host::HostReport;
+use super::map::{Map, Observation};
 use super::provenance::Provenance;
-use super::read::{RunData, read_run};
+use super::read::{LoadCell, RunData, read_run};
 use super::resume::{ResumeError, lock};
 use super::store::{PROVENANCE_FILE, Place, StoreError};
 use crate::outcome::Outcome;
-use crate::scenario::Axis;
+use crate::scenario::{Axis, K_BETA, SIZES};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -130,6 +132,24 @@ impl SweepFile {
                 Err(ResumeError::Differs { path: directory.to_owned(), what, then, now })
             }
         }
+    }
+}
+
+impl SweepFile {
+    /// The map, if fleet sizes and copies of a boundary change are varied, over the runs of the cells.
+    #[must_use]
+    pub fn map(&self, runs: &[Option<RunData>]) -> Option<Map> {
+        let copies = self.axes.iter().position(|axis| axis.key == K_BETA)?;
+        self.axes.iter().position(|axis| axis.key == SIZES)?;
+        let mut observations = Vec::new();
+        let measured = self.cells.iter().zip(runs);
+        for (cell, run) in measured.filter_map(|(cell, run)| Some((cell, run.as_ref()?))) {
+            let Ok(k_beta) = cell.values[copies].parse() else { continue };
+            let is_clean = HostReport::of(&run.events).is_clean();
+            let of_load = |load: &LoadCell| Observation::of(k_beta, &load.record, is_clean);
+            observations.extend(run.loads.iter().map(of_load));
+        }
+        Some(Map::of(&observations, self.provenance.seed))
     }
 }
 

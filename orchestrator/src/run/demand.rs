@@ -9,6 +9,7 @@ use agent::replication::{Context, strategy};
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{CsrView, FleetNetwork, FleetView};
 use shared_types::limits::{INBOX_SAMPLES, PIPELINE_DEPTH};
+use shared_types::scenario::Capacity;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::Peers;
 use shared_types::wire::{HEADER_BYTES, StrategyKind};
@@ -19,22 +20,37 @@ pub fn demand(plan: &FleetPlan, seed: u64) -> Demand {
     let mut network = FleetNetwork::default();
     compile(&plan.scenario, seed, 0, &mut network);
     let fleet = network.view();
+    let is_open = !plan.loads.is_empty() || !plan.searched.is_empty();
     let ports: Vec<(StrategyKind, Vec<Peers>)> =
         plan.strategies.iter().map(|&kind| (kind, peers(kind, &fleet))).collect();
     let shape = FleetShape::of_epochs(ports.iter().map(|(kind, peers)| EpochPorts {
         peers,
         samples_in_flight: match kind {
-            _ if !plan.loads.is_empty() => INBOX_SAMPLES as u64,
+            _ if is_open => INBOX_SAMPLES as u64,
             StrategyKind::Pipelined => PIPELINE_DEPTH as u64,
             _ => LOCKSTEP_SAMPLES_IN_FLIGHT,
         },
     }));
     let scenario = plan.scenario.scenario();
-    let burst = if plan.loads.is_empty() { 0 } else { scenario.trace.burst as usize };
+    let searched = scenario.capacity.bursts.iter().filter(|_| !plan.searched.is_empty());
+    let stated = Some(&scenario.trace.burst).filter(|_| !plan.loads.is_empty());
+    let burst = searched.chain(stated).max().map_or(0, |&burst| burst as usize);
     let records = most_outputs(&fleet).max(burst) * scenario.replication.record_bytes as usize;
-    let trace = plan.loads.iter().map(|load| load.records).max().unwrap_or(0);
+    let loads = plan.loads.iter().map(|load| load.records);
+    let probes = (!plan.searched.is_empty()).then(|| probe_records(&scenario.capacity));
+    let trace = loads.chain(probes).max().unwrap_or(0);
     let world_bytes = network.to_archive().len() as u64 + trace * size_of::<TraceRecord>() as u64;
     shape.demand((HEADER_BYTES + records) as u64, world_bytes)
+}
+
+/// Records of the longest probe that a search for capacity may play.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "rates and lengths are above 0, and their product is bounded by the scenario's checks"
+)]
+fn probe_records(capacity: &Capacity) -> u64 {
+    (capacity.highest_per_s * capacity.probe_s) as u64
 }
 
 /// The ports of every process under a strategy, the centre last.

@@ -3,7 +3,7 @@
 //! The numbers are of a small machine (two cores of a virtual machine, release build); a run that goes
 //! on replaces them by what it has seen. An estimate decides nothing.
 
-use super::plan::{FleetPlan, OpenPlan, RunPlan, TimingPlan};
+use super::plan::{CapacityPlan, FleetPlan, OpenPlan, RunPlan, TimingPlan};
 use shared_types::wire::StrategyKind;
 
 /// From the first spawn to GO, and the end of the fleet, s: a part for the fleet and one a process.
@@ -39,7 +39,9 @@ pub fn seconds(plan: &RunPlan) -> f64 {
         let trials_s = trials * fleet.strategies.iter().map(trial_s).sum::<f64>();
         let start_s = if plan.is_simulated { 0.0 } else { START_S.0 + START_S.1 * crafts };
         let timing_s = plan.timing.map_or(0.0, |timing| timing_s(fleet, &timing, epoch_s));
-        start_s + trials_s + timing_s + plan.open.map_or(0.0, |open| loads_s(fleet, &open))
+        let loads_s = plan.open.map_or(0.0, |open| loads_s(fleet, &open));
+        let capacity_s = plan.capacity.as_ref().map_or(0.0, |capacity| capacity_s(fleet, capacity));
+        start_s + trials_s + timing_s + loads_s + capacity_s
     };
     plan.fleets.iter().enumerate().map(of_fleet).sum()
 }
@@ -65,6 +67,24 @@ fn loads_s(fleet: &FleetPlan, open: &OpenPlan) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "an estimate")]
     let (cells, played_s) = (cells as f64, (open.warm_up_ns + open.duration_ns) as f64 / 1e9);
     cells * (played_s + 2.0 * INTERVAL_S)
+}
+
+/// Probes of one search, most of them failed ones twice.
+const PROBES: f64 = 11.0;
+
+/// What a probe takes beyond its length: a trace of a million records is drawn and published, and a
+/// fleet above its capacity needs a while to come to rest.
+const PROBE_S: f64 = 1.0;
+
+fn capacity_s(fleet: &FleetPlan, capacity: &CapacityPlan) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "an estimate")]
+    let (strategies, bursts, shares, played_s) = (
+        fleet.searched.len() as f64,
+        capacity.bursts.len() as f64,
+        capacity.percents.len() as f64,
+        (capacity.open.warm_up_ns + capacity.open.duration_ns) as f64 / 1e9,
+    );
+    strategies * (bursts * PROBES + shares) * (played_s + PROBE_S)
 }
 
 /// `seconds` in words: `about 4 min`.

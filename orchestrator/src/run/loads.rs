@@ -18,16 +18,16 @@ use shared_types::trace::TraceRecord;
 use shared_types::wire::{EpochSpec, HEADER_BYTES, OpenSpec, Traffic};
 
 /// One cell on its way.
-struct Bearing<'a> {
-    plan: &'a FleetPlan,
-    open: &'a OpenPlan,
-    load: &'a LoadPlan,
-    offer: &'a Offer,
-    cell: Cell,
-    label: LoadLabel,
-    place: u32,
+pub(super) struct Bearing<'a> {
+    pub(super) plan: &'a FleetPlan,
+    pub(super) open: &'a OpenPlan,
+    pub(super) load: &'a LoadPlan,
+    pub(super) offer: &'a Offer,
+    pub(super) cell: Cell,
+    pub(super) label: LoadLabel,
+    pub(super) place: u32,
     /// Epoch for which networks and trace were published.
-    network: u32,
+    pub(super) network: u32,
 }
 
 impl Runner<'_> {
@@ -64,7 +64,7 @@ impl Runner<'_> {
 
     /// Plays one cell: the unmeasured part, then the interval. The inner error says that the fleet's
     /// part of the run is over.
-    fn bear(
+    pub(super) fn bear(
         &mut self,
         backend: &mut impl Backend,
         bearing: &Bearing<'_>,

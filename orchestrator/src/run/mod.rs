@@ -23,6 +23,7 @@ pub mod order;
 mod patience;
 pub mod plan;
 mod play;
+mod probing;
 mod reports;
 mod staleness;
 #[cfg(test)]
@@ -45,6 +46,8 @@ use plan::{FleetPlan, RunPlan};
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
 use shared_types::transport::memory::MemoryOptions;
+use shared_types::wire::StrategyKind;
+use std::collections::BTreeMap;
 
 /// What the loop tells whoever shows its progress.
 pub trait Progress {
@@ -76,6 +79,8 @@ pub struct Runner<'a> {
     done: u64,
     /// Number of the next epoch on the fleet at hand.
     epoch: u32,
+    /// Where the last search for capacity ended, by crafts, strategy and burst.
+    capacities: BTreeMap<(u32, StrategyKind, u32), f64>,
 }
 
 impl<'a> Runner<'a> {
@@ -90,6 +95,7 @@ impl<'a> Runner<'a> {
             store,
             done: 0,
             epoch: 0,
+            capacities: BTreeMap::new(),
         }
     }
 
@@ -153,7 +159,8 @@ impl<'a> Runner<'a> {
         let order = plan.order.iter().map(ToString::to_string).collect();
         self.store.event(Event::FleetStarted { block, size, processes, order })?;
         self.progress.at(self.done, self.plan.epochs(), &format!("starting {size} crafts"));
-        let is_measured = self.plan.timing.is_some() || self.plan.open.is_some();
+        let is_measured =
+            self.plan.timing.is_some() || self.plan.open.is_some() || self.plan.capacity.is_some();
         let spin_before = is_measured.then(Spin::run);
         let mut fleet = match RealFleet::launch(options, launcher, signals) {
             Ok(fleet) => fleet,
@@ -189,8 +196,14 @@ impl<'a> Runner<'a> {
                 return Ok(ended);
             }
         }
-        match &self.plan.open {
-            Some(open) => self.offer_loads(backend, block, plan, open),
+        if let Some(open) = &self.plan.open {
+            let ended = self.offer_loads(backend, block, plan, open)?;
+            if ended != Ended::Complete {
+                return Ok(ended);
+            }
+        }
+        match &self.plan.capacity {
+            Some(capacity) => self.search_capacities(backend, block, plan, capacity),
             None => Ok(Ended::Complete),
         }
     }

@@ -1,6 +1,7 @@
 //! What a run does, decided before anything starts.
 
 use super::FleetOptions;
+use super::capacity::Search;
 use crate::launch::placement::Placement;
 use crate::results::record::Label;
 use crate::scenario::ResolvedScenario;
@@ -23,6 +24,8 @@ pub struct FleetPlan {
     pub order: Vec<Label>,
     /// What it is offered in open mode, after that.
     pub loads: Vec<LoadPlan>,
+    /// Whose capacity is searched after that, in the order of this block.
+    pub searched: Vec<LoadLabel>,
     /// Where its processes run.
     pub placement: Placement,
 }
@@ -121,6 +124,19 @@ pub struct OpenPlan {
     pub warm_up_ns: u64,
 }
 
+/// How capacity is searched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CapacityPlan {
+    /// How a rate is offered.
+    pub open: OpenPlan,
+    /// How the search goes.
+    pub search: Search,
+    /// Writes of one craft that are due together, one search each.
+    pub bursts: Vec<u32>,
+    /// Loads in percent of a strategy's own capacity at the first burst.
+    pub percents: Vec<u32>,
+}
+
 /// A run.
 #[derive(Clone, Debug)]
 pub struct RunPlan {
@@ -136,6 +152,8 @@ pub struct RunPlan {
     pub timing: Option<TimingPlan>,
     /// How loads are measured, if some are offered; never in simulation.
     pub open: Option<OpenPlan>,
+    /// How capacity is searched, if it is; never in simulation.
+    pub capacity: Option<CapacityPlan>,
     /// How processes wait.
     pub wake: WakeMode,
     /// How long a turn may stay unbalanced, ns.
@@ -158,7 +176,10 @@ impl RunPlan {
         let fleet = &self.fleets[index];
         let trials = u64::from(self.trials_of(self.block_of(index)));
         let loads = fleet.loads.iter().map(|load| load.order.len() as u64).sum::<u64>();
-        fleet.strategies.len() as u64 * trials + fleet.order.len() as u64 * timed + loads
+        fleet.strategies.len() as u64 * trials
+            + fleet.order.len() as u64 * timed
+            + loads
+            + fleet.searched.len() as u64
     }
 
     /// Trials of each strategy in `block`: counts are decided by the seed, so once is enough.

@@ -96,6 +96,7 @@ fn judge(misdeed: Misdeed) -> (Outcome, Vec<String>, String) {
         strategies: vec![StrategyKind::Boundary],
         order: Vec::new(),
         loads: Vec::new(),
+        searched: Vec::new(),
         placement: Placement::draw(&processors, Pinning::Unpinned, 2, &mut draws),
     };
     let plan = RunPlan {
@@ -105,6 +106,7 @@ fn judge(misdeed: Misdeed) -> (Outcome, Vec<String>, String) {
         is_simulated: true,
         timing: None,
         open: None,
+        capacity: None,
         wake: WakeMode::Adaptive,
         turn_limit_ns: 1_000_000_000,
         time_limit_s: None,

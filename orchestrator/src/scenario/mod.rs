@@ -5,6 +5,7 @@
 //! trial from it. An error is one sentence with place and remedy. The types that a user fills in, and
 //! the keys' documentation, are `shared_types::scenario`. Not here: running anything.
 
+mod capacity;
 mod compile;
 mod document;
 mod draft;
@@ -36,7 +37,7 @@ pub use positions::LinkTable;
 pub use preset::{PRESETS, Preset, find as find_preset};
 pub use resolve::ResolvedScenario;
 pub use schema::schema;
-pub use sweep::{Axis, grid};
+pub use sweep::{Axis, K_BETA, SIZES, grid, overrides, preset_axes};
 
 #[cfg(test)]
 mod tests;

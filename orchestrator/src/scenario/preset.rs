@@ -10,8 +10,11 @@ pub struct Preset {
 }
 
 /// All presets, in the order of `list`.
-pub const PRESETS: [Preset; 6] = [
+pub const PRESETS: [Preset; 9] = [
     Preset { name: "compare", text: include_str!("../../presets/compare.toml") },
+    Preset { name: "paper", text: include_str!("../../presets/paper.toml") },
+    Preset { name: "map", text: include_str!("../../presets/map.toml") },
+    Preset { name: "map-small", text: include_str!("../../presets/map-small.toml") },
     Preset { name: "two-craft", text: include_str!("../../presets/two-craft.toml") },
     Preset { name: "planetary-survey", text: include_str!("../../presets/planetary-survey.toml") },
     Preset { name: "hierarchy-13", text: include_str!("../../presets/hierarchy-13.toml") },

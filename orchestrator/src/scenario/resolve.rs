@@ -75,6 +75,18 @@ impl ResolvedScenario {
         Self::new(scenario)
     }
 
+    /// The same scenario with so many writes of one craft due together.
+    ///
+    /// # Panics
+    /// If the burst is none that [`Self::check`] accepts as one of `capacity.bursts`.
+    #[must_use]
+    pub fn with_burst(&self, burst: u32) -> Self {
+        assert!(burst > 0, "invariant: bursts were checked");
+        let mut resolved = self.clone();
+        resolved.scenario.trace.burst = burst;
+        resolved
+    }
+
     /// What was written, defaults filled in.
     #[must_use]
     pub const fn scenario(&self) -> &Scenario {

@@ -1,12 +1,34 @@
 //! The grid of a sweep: keys of the scenario, the values that each takes, and the cells that follow.
 //!
 //! `--vary key=v1,v2` varies any key that `--set` sets; commas inside brackets or quotes belong to a
-//! value. The last axis varies fastest. Not here: running the cells, and where their results lie.
+//! value. The last axis varies fastest. `k-beta` is no key but an axis of its own, copies of a boundary
+//! change per firing: it sets sharers and boundary fraction of networks and trace as the fleet's size
+//! allows, and cells whose fleet is too small for it are left out. Not here: running the cells, and
+//! where their results lie.
 
 use super::error::ScenarioError;
 use super::load::Override;
 use serde::{Deserialize, Serialize};
 use shared_types::limits::SWEEP_CELLS_MAX;
+
+/// The axis of copies of a boundary change per firing.
+pub const K_BETA: &str = "k-beta";
+
+/// The axis of fleet sizes.
+pub const SIZES: &str = "fleet.crafts";
+
+/// Sharers are chosen so that about this share of the writes is of boundary facts.
+const BETA_WANTED: f64 = 0.5;
+
+/// What a preset varies unless something else is asked for.
+#[must_use]
+pub fn preset_axes(preset: &str) -> &'static [&'static str] {
+    match preset {
+        "map" => &["fleet.crafts=3,5,10,20", "k-beta=0.25,0.5,1,2,4,8"],
+        "map-small" => &["fleet.crafts=4,10", "k-beta=0.5,1,2,4"],
+        _ => &[],
+    }
+}
 
 /// One key of the scenario and what it is set to.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -51,11 +73,68 @@ impl Axis {
         Override::flag(format!("--vary {}={value}", self.key), &self.key, value)
     }
 
+    /// The number that `value` is on the axis of copies.
+    fn copies(value: &str) -> Result<f64, ScenarioError> {
+        let copies = value.parse().ok().filter(|copies: &f64| copies.is_finite() && *copies > 0.0);
+        copies.ok_or_else(|| {
+            ScenarioError::without_place(
+                format!("`--vary {K_BETA}={value}`: copies of a change are a number above 0"),
+                "write numbers such as 0.5,1,2,4".to_owned(),
+            )
+        })
+    }
+
     /// The last word of the key, which tells axes apart in tables unless two end alike.
     #[must_use]
     pub fn short_name(&self) -> &str {
         self.key.rsplit('.').next().unwrap_or(&self.key)
     }
+}
+
+/// What sets the keys of one cell; `None` if its fleet is too small for so many copies.
+///
+/// # Errors
+/// If copies are varied without fleet sizes, or are no number.
+pub fn overrides(axes: &[Axis], values: &[String]) -> Result<Option<Vec<Override>>, ScenarioError> {
+    let mut overrides = Vec::new();
+    for (axis, value) in axes.iter().zip(values) {
+        if axis.key != K_BETA {
+            overrides.push(axis.set_to(value));
+            continue;
+        }
+        let copies = Axis::copies(value)?;
+        let size = axes.iter().zip(values).find(|(axis, _)| axis.key == SIZES);
+        let Some(crafts) = size.and_then(|(_, size)| size.parse::<u32>().ok()) else {
+            return Err(ScenarioError::without_place(
+                format!("`--vary {axis}` without fleet sizes", axis = K_BETA),
+                format!("how many can share a fact follows from them: `--vary {SIZES}=5,10`"),
+            ));
+        };
+        let Some((sharers, beta)) = sharers_and_beta(copies, crafts) else { return Ok(None) };
+        for (key, value) in [
+            ("network.linking", "shared".to_owned()),
+            ("network.sharers", sharers.to_string()),
+            ("trace.sharers", sharers.to_string()),
+            ("trace.boundary-fraction", format!("{beta:?}")),
+        ] {
+            overrides.push(Override::flag(
+                format!("--vary {K_BETA}={copies} ({key})"),
+                key,
+                &value,
+            ));
+        }
+    }
+    Ok(Some(overrides))
+}
+
+/// The sharers of a boundary fact and the share of boundary writes whose product is `copies`; `None` if
+/// `crafts` are too few.
+fn sharers_and_beta(copies: f64, crafts: u32) -> Option<(u32, f64)> {
+    let others = crafts.saturating_sub(1);
+    let wanted = (1..=others).find(|&sharers| copies / f64::from(sharers) <= BETA_WANTED);
+    let sharers = wanted.unwrap_or(others);
+    let beta = copies / f64::from(sharers.max(1));
+    (sharers > 0 && beta <= 1.0).then_some((sharers, beta))
 }
 
 /// Every combination of values, one of each axis.
@@ -113,7 +192,7 @@ fn split_outside_brackets(text: &str) -> Vec<&str> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, grid};
+    use super::{Axis, grid, overrides, preset_axes, sharers_and_beta};
 
     fn axis(argument: &str) -> Axis {
         Axis::parse(argument).expect("an axis")
@@ -145,6 +224,39 @@ mod tests {
         let many: Vec<String> = (0..200).map(|value| value.to_string()).collect();
         let many = |key: &str| axis(&format!("{key}={}", many.join(",")));
         assert!(refused(&[many("a"), many("b")]).contains("40000 cells"));
+    }
+
+    #[test]
+    fn copies_are_sharers_times_boundary_fraction() {
+        for (copies, crafts, meant) in [
+            (0.5, 10, Some((1, 0.5))),
+            (0.25, 10, Some((1, 0.25))),
+            (2.0, 10, Some((4, 0.5))),
+            (8.0, 10, Some((9, 8.0 / 9.0))),
+            (2.0, 3, Some((2, 1.0))),
+            (4.0, 3, None),
+            (1.0, 1, None),
+        ] {
+            assert_eq!(sharers_and_beta(copies, crafts), meant, "{copies} in {crafts}");
+        }
+        let axes = [axis("fleet.crafts=3,10"), axis("k-beta=4")];
+        let of = |size: &str| overrides(&axes, &[size.to_owned(), "4".to_owned()]);
+        assert!(of("3").expect("an axis of its own").is_none(), "too small");
+        assert_eq!(of("10").expect("an axis of its own").map(|keys| keys.len()), Some(5));
+        assert!(overrides(&axes[1..], &["4".to_owned()]).is_err(), "without sizes");
+        assert!(overrides(&axes, &["10".to_owned(), "-1".to_owned()]).is_err());
+    }
+
+    #[test]
+    fn presets_of_maps_have_axes() {
+        for preset in ["map", "map-small"] {
+            let axes: Vec<Axis> = preset_axes(preset).iter().map(|vary| axis(vary)).collect();
+            let cells = grid(&axes).expect("a grid");
+            let possible =
+                cells.iter().filter(|cell| overrides(&axes, cell).expect("numbers").is_some());
+            assert!(possible.count() > cells.len() / 2, "{preset}");
+        }
+        assert!(preset_axes("compare").is_empty());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! Not here: what concerns several crafts (`fleet`, `mission`, `positions`), and what is offered in open
 //! mode (`offer`).
 
+use super::capacity;
 use super::error::{Finding, Place, place};
 use super::fleet::{Craft, unknown_craft};
 use super::generate::shared_facts;
@@ -22,6 +23,7 @@ use shared_types::wire::StrategyKind;
 pub(super) fn check(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
     check_run(scenario)?;
     offer::check(scenario)?;
+    capacity::check(scenario)?;
     check_replication(&scenario.replication)?;
     check_link(scenario, crafts)?;
     check_faults(scenario, crafts)?;

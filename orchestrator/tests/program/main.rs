@@ -8,12 +8,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a test says so by failing")]
 
+mod capacity;
 mod diff;
 mod endings;
 mod fleet;
 mod invocation;
 mod kills;
-mod opens;
 mod pictures;
 mod resume;
 #[path = "../support/mod.rs"]

@@ -3,6 +3,7 @@
 //! Plain data with serde and a JSON schema; keys are kebab-case and unknown ones are refused. Not
 //! here: reading files, checking, names of presets, compiling to networks (orchestrator, `scenario`).
 
+mod capacity;
 mod fleet;
 mod link;
 mod load;
@@ -13,6 +14,7 @@ mod replication;
 mod run;
 mod trace;
 
+pub use capacity::Capacity;
 pub use fleet::{CraftCount, CraftEntry, Fleet, Pinning, Tier, TierCounts, TopologySection, Tree};
 pub use link::{Faults, FromPositions, Link, Outage, ProcessFault};
 pub use load::{LoadEntry, LoadStrategies};
@@ -48,6 +50,8 @@ pub struct Scenario {
     /// What fleets are offered in open mode, load by load; left out, `run.rate-per-s` is the only one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub load: Vec<LoadEntry>,
+    /// The search for the highest load that each strategy bears.
+    pub capacity: Capacity,
     /// The way between two crafts.
     pub link: Link,
     /// What happens to crafts.

@@ -34,6 +34,7 @@ fn observation(size: u32, k_beta: f64, block: u32, label: Label) -> Observation 
         p99_ns: (label.strategy != Null).then_some(20_000 * wave / 1000),
         transmissions,
         deliveries,
+        is_clean: true,
     }
 }
 
@@ -65,7 +66,7 @@ fn cell(map: &Map, size: u32, k_beta: f64) -> (StrategyKind, Option<StrategyKind
 #[test]
 fn count_and_cpu_change_places_where_their_lines_lie() {
     let k_betas = [0.5, 2.0, 3.5, 8.0];
-    let map = Map::of(&observations(&[4, 10], &k_betas, 12), 7, true);
+    let map = Map::of(&observations(&[4, 10], &k_betas, 12), 7);
     assert_eq!((map.sizes.clone(), map.k_betas.clone()), (vec![4, 10], k_betas.to_vec()));
     // (900 + 9 * 500) / 1400 = 3.86 and (900 + 3 * 500) / 1400 = 1.71
     assert_eq!(cell(&map, 10, 0.5), (Boundary, Some(Boundary), Boundary));
@@ -96,9 +97,18 @@ fn what_does_not_stand_is_a_tie_with_its_reason() {
             "{choices:?}"
         );
     };
-    ties(&Map::of(&observations(&[10], &[0.5], 3), 7, true), Verdict::TooFewBlocks);
-    ties(&Map::of(&observations(&[10], &[0.5], 12), 7, false), Verdict::Noisy);
-    let map = Map::of(&observations(&[10], &[0.5], 12), 7, true);
+    ties(&Map::of(&observations(&[10], &[0.5], 3), 7), Verdict::TooFewBlocks);
+    let mut noisy = observations(&[4, 10], &[0.5], 12);
+    noisy.iter_mut().filter(|one| one.size == 10).for_each(|one| one.is_clean = false);
+    let map = Map::of(&noisy, 7);
+    let named = |cell: usize| map.cells[cell].by_cpu.expect("two strategies");
+    assert_eq!((named(1).strategy, named(1).verdict), (None, Verdict::Noisy));
+    assert_eq!(
+        named(0).strategy,
+        Some(Boundary),
+        "a cell is not doubtful for its neighbour's noise"
+    );
+    let map = Map::of(&observations(&[10], &[0.5], 12), 7);
     let by_p99 = map.cells[0].by_p99.expect("both are known");
     assert_eq!((by_p99.strategy, by_p99.verdict), (None, Verdict::Tie), "equal but for the wave");
     assert!(by_p99.low <= by_p99.margin && by_p99.margin <= by_p99.high);
@@ -110,11 +120,11 @@ fn what_is_not_known_is_not_compared() {
     for one in saturated.iter_mut().filter(|one| one.label.strategy == Full) {
         one.p99_ns = None;
     }
-    let map = Map::of(&saturated, 7, true);
+    let map = Map::of(&saturated, 7);
     assert!(map.cells[0].by_p99.is_none() && map.cells[0].by_cpu.is_some());
     saturated.retain(|one| one.label.strategy == Null);
-    assert_eq!(Map::of(&saturated, 7, true), Map::default());
+    assert_eq!(Map::of(&saturated, 7), Map::default());
     let mut without_floor = observations(&[4, 10], &[0.5], 3);
     without_floor.retain(|one| one.label.strategy != Null);
-    assert_eq!(Map::of(&without_floor, 7, true).predicted_cpu, []);
+    assert_eq!(Map::of(&without_floor, 7).predicted_cpu, []);
 }

@@ -91,6 +91,7 @@ fn offer_loads(change: fn(&mut PlayedOpen)) -> (Outcome, RunData, Vec<EpochSpec>
         strategies: STRATEGIES.to_vec(),
         order: Vec::new(),
         loads: vec![load("common", 2_000.0), load("high", 8_000.0)],
+        searched: Vec::new(),
         placement: Placement::draw(&processors, Pinning::Unpinned, 5, &mut draws),
     };
     let open = OpenPlan { duration_ns: 500 * MS, slice_ns: 100 * MS, warm_up_ns: 200 * MS };
@@ -101,6 +102,7 @@ fn offer_loads(change: fn(&mut PlayedOpen)) -> (Outcome, RunData, Vec<EpochSpec>
         is_simulated: true,
         timing: None,
         open: Some(open),
+        capacity: None,
         wake: WakeMode::Adaptive,
         turn_limit_ns: 1_000 * MS,
         time_limit_s: None,
