@@ -1,7 +1,8 @@
 //! What a craft thinks with: which parts of its network still matter, and how a goal is reached.
 //!
 //! [`prune`] finds what can be left out, [`best_path`] the cheapest way to a goal,
-//! [`naive`] any way, [`maintenance`] what a board can do without for now. Everything here reads a [`BoardView`] and owns its results;
+//! [`naive`] any way, [`maintenance`] what a board can do without for now. [`whole`] makes one network of
+//! a fleet's boards, for plans that cross them. Everything here reads a [`BoardView`] and owns its results;
 //! nothing draws, sends or reads a clock. Beside each fast form stands a plain one in a module
 //! `reference`, and tests hold the two against each other.
 //!
@@ -16,6 +17,7 @@ pub mod prune;
 
 #[cfg(test)]
 mod sample;
+pub mod whole;
 
 pub use kept::Kept;
 pub use producers::Producers;

@@ -17,6 +17,7 @@ mod resume;
 
 pub mod run;
 pub mod scenario;
+pub mod solve;
 pub mod sweep;
 
 use crate::cli::{Cli, Command, CommonArguments, Format};
@@ -83,6 +84,7 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
         Command::Report(arguments) => report::report(arguments, setting),
         Command::Diff(arguments) => diff::diff(arguments, setting),
         Command::Record(arguments) => record::record(arguments),
+        Command::Solve(arguments) => solve::solve(arguments, setting),
         Command::List => scenario::list(setting),
         Command::Show(arguments) => scenario::show(arguments),
         Command::Validate(arguments) => scenario::validate(arguments, setting),

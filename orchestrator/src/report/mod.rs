@@ -18,6 +18,7 @@ pub mod published;
 pub mod ranges;
 pub mod reproduce;
 pub mod run;
+pub mod solve;
 pub mod svg;
 pub mod sweep;
 pub mod table;
