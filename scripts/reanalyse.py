@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Recomputes a run's main table from measurements.csv and the .hlog files, without Slateswarm's code.
+"""Recomputes a run's main tables from measurements.csv and the .hlog files, without Slateswarm's code.
 
-    scripts/reanalyse.py RUN_DIRECTORY            prints size,strategy,metric,value,unit
+    scripts/reanalyse.py RUN_DIRECTORY            prints size,strategy,load,asks_every_ns,metric,value,unit
     scripts/reanalyse.py RUN_DIRECTORY --check    also compares with summary.json; exit 1 if one differs
 
-Needs Python 3.9 and the package hdrhistogram (module hdrh), which reads histogram logs of format V2.
+Needs Python 3.11 and the package hdrhistogram (module hdrh), which reads histogram logs of format V2.
 What the columns mean stands in docs/data-dictionary.md.
 """
 
@@ -36,6 +36,35 @@ COUNTS = {
 # Trials with these ends are in no mean.
 NOT_IN_MEANS = {"end-dropped", "end-partial"}
 HISTOGRAM_NAME = re.compile(r"turn-time-block-(\d+)-crafts-(\d+)-(.+)\.hlog")
+# Costs under load: name in the summary, and the columns whose sum is divided by `needed`.
+COSTS = {
+    "cpu-per-application": ["cpu"],
+    "requests-per-application": ["replication-requests"],
+    "transmissions-per-application": ["replication-transmissions", "reply-transmissions"],
+    "deliveries-per-application": ["replication-deliveries", "reply-deliveries"],
+    "bytes-per-application": ["replication-bytes-sent", "reply-bytes-sent"],
+}
+# Shares under load, in percent: name in the summary, part and whole.
+SHARES = {
+    "applied-by-end-share": ("applied-by-end", "needed"),
+    "stale-reads-share": ("stale-reads", "reads"),
+}
+UNITS = {"cpu-per-application": "ns", "cpu-per-application-over-null": "ns"}
+# Of the histograms of a cell above capacity only this one has quantiles.
+STALENESS = "staleness"
+
+
+def quantile(histogram, one_beyond_in):
+    """The value that all but one in so many do not exceed; None if too few lie beyond it."""
+    count = histogram.get_total_count()
+    if count < BEYOND_MIN * one_beyond_in:
+        return None
+    rank, passed = count - count // one_beyond_in, 0
+    for step in histogram.get_recorded_iterator():
+        passed += step.count_added_in_this_iter_step
+        if passed >= rank:
+            return step.value_iterated_to
+    return None
 
 
 def counted(directory):
@@ -80,12 +109,105 @@ def turn_times(directory):
             whole.add(interval)
     figures = {}
     for (size, strategy), whole in cells.items():
-        count = whole.get_total_count()
         for name, one_beyond_in in QUANTILES.items():
-            if count >= BEYOND_MIN * one_beyond_in:
-                value = whole.get_value_at_percentile(100 - 100 / one_beyond_in)
+            if (value := quantile(whole, one_beyond_in)) is not None:
                 figures[size, strategy, f"turn-time-{name}"] = value
     return figures
+
+
+def load_cells(directory):
+    """Sums of every fleet metric under load: {(size, strategy, load, asks, block): {metric: value}}."""
+    cells = defaultdict(lambda: defaultdict(float))
+    with open(directory / "measurements.csv", newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            if row["phase"] == "loaded" and row["craft"] == "fleet":
+                key = (int(row["size"]), row["strategy"], row["load"], row["asks_every_ns"])
+                cells[(*key, int(row["block"]))][row["metric"]] += float(row["value"])
+    return cells
+
+
+def log_of(directory, size, strategy, load, asks, block):
+    """The interval log of a cell, named as docs/data-dictionary.md says."""
+    name, _, entry = strategy.partition(" (")
+    again = "" if not entry else "-again-" + (entry.strip("again )") or "1")
+    load = re.sub("[^0-9A-Za-z]", "-", load)
+    asks = f"-asks-{int(asks) // 1000}us" if asks else ""
+    return directory / f"load-{load}-block-{block}-crafts-{size}-{name}{asks}{again}.hlog"
+
+
+def histograms(path):
+    """Time to knowledge, and every tagged histogram, of one cell: {name: histogram}."""
+    found = defaultdict(lambda: HdrHistogram(LOWEST_NS, HIGHEST_NS, DIGITS))
+    reader = HistogramLogReader(str(path), HdrHistogram(LOWEST_NS, HIGHEST_NS, DIGITS))
+    while (interval := reader.get_next_interval_histogram()) is not None:
+        found[interval.get_tag() or "knowledge"].add(interval)
+    return found
+
+
+def loads(directory):
+    """Figures of open mode: {(size, strategy, load, asks, metric): value}."""
+    rows = defaultdict(dict)
+    for key, metrics in load_cells(directory).items():
+        rows[key[:4]][key[4]] = metrics
+    figures = {}
+    for row, blocks in rows.items():
+        total = defaultdict(float)
+        stages = defaultdict(lambda: HdrHistogram(LOWEST_NS, HIGHEST_NS, DIGITS))
+        for block, metrics in blocks.items():
+            for metric, value in metrics.items():
+                total[metric] += value
+            for name, histogram in histograms(log_of(directory, *row, block)).items():
+                stages[name].add(histogram)
+        if total["needed"]:
+            for name, columns in COSTS.items():
+                figures[*row, name] = sum(total[column] for column in columns) / total["needed"]
+        for name, (part, whole) in SHARES.items():
+            if total[whole]:
+                figures[*row, name] = 100 * total[part] / total[whole]
+        for name, histogram in stages.items():
+            if total["saturated"] and name != STALENESS:
+                continue
+            for point, one_beyond_in in QUANTILES.items():
+                if (value := quantile(histogram, one_beyond_in)) is not None:
+                    figures[*row, f"{name}-{point}"] = value
+    for (size, strategy, load, asks, metric), value in list(figures.items()):
+        floor = figures.get((size, "null", load, "", metric))
+        if metric == "cpu-per-application" and strategy != "null" and floor is not None:
+            figures[size, strategy, load, asks, f"{metric}-over-null"] = value - floor
+    return figures
+
+
+def label_of(row):
+    """The strategy column of a row of the summary."""
+    again = {0: "", 1: " (again)"}.get(row["again"], f" (again {row['again']})")
+    return row["strategy"] + again
+
+
+def load_differences(directory, figures):
+    """What differs from summary.json under load; a figure that one side lacks differs as well."""
+    summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+    names = {metric for *_, metric in figures}
+    for row in summary["timing"]["loads"]:
+        asks = "" if row["asks_every_ns"] is None else str(row["asks_every_ns"])
+        key = (row["size"], label_of(row), row["load"], asks)
+        for metric in names:
+            theirs = row["figures"].get(metric, {"value": None})["value"]
+            ours = figures.get((*key, metric))
+            if ours is None and theirs is None:
+                continue
+            is_quantile = metric.rpartition("-")[2] in QUANTILES
+            tolerance = 10**-DIGITS if is_quantile else 1e-9
+            if ours is None or theirs is None or abs(ours - theirs) > tolerance * max(abs(ours), 1):
+                yield f"{(*key, metric)}: recomputed {ours}, summary.json has {theirs}"
+
+
+def unit_of(metric):
+    """The unit of a figure under load."""
+    if metric in SHARES:
+        return "%"
+    if metric.endswith("-per-application"):
+        return UNITS.get(metric, "a needed application")
+    return "record" if metric.startswith("records-per-sample") else "ns"
 
 
 def differences(directory, figures):
@@ -111,17 +233,22 @@ def main():
     parser.add_argument("--check", action="store_true", help="compare with summary.json")
     arguments = parser.parse_args()
     figures = means(arguments.directory) | turn_times(arguments.directory)
+    under_load = loads(arguments.directory)
     rows = csv.writer(sys.stdout)
-    rows.writerow(["size", "strategy", "metric", "value", "unit"])
+    rows.writerow(["size", "strategy", "load", "asks_every_ns", "metric", "value", "unit"])
     for (size, strategy, metric), value in sorted(figures.items()):
         unit = "ns" if metric.startswith("turn-time") else "mean a trial"
-        rows.writerow([size, strategy, metric, f"{value:g}", unit])
+        rows.writerow([size, strategy, "", "", metric, f"{value:g}", unit])
+    for (*key, metric), value in sorted(under_load.items()):
+        rows.writerow([*key, metric, f"{value:g}", unit_of(metric)])
     if not arguments.check:
         return 0
     found = list(differences(arguments.directory, figures))
+    found += load_differences(arguments.directory, under_load)
     for difference in found:
         print(difference, file=sys.stderr)
-    print(f"{len(figures)} figures recomputed, {len(found)} differ", file=sys.stderr)
+    count = len(figures) + len(under_load)
+    print(f"{count} figures recomputed, {len(found)} differ", file=sys.stderr)
     return 1 if found else 0
 
 

@@ -7,8 +7,9 @@
 use super::page::Page;
 use super::pictures::gallery;
 use super::table::{Colour, Table, clip, column, short, wrap};
-use super::{Look, Report, details, document, incidents, pairs};
+use super::{Look, Report, details, document, incidents, loads, pairs};
 use crate::results::figure::Figure;
+use crate::results::host::HostState;
 use crate::results::read::RunData;
 use crate::results::record::TrialEnd;
 use crate::results::statistics::Quantile;
@@ -53,11 +54,14 @@ pub struct Compare {
 impl Report for Compare {
     fn table(&self, look: Look) -> String {
         let mut text = heading(&self.summary, look.colour);
+        text += &loads::disagreements(&self.summary);
         text += &self.main_table().render(look.colour);
         text += &pairs::ratios(&self.summary, look.colour);
+        text += &loads::first_screen(&self.summary, look.colour);
         text += &incidents::incidents(&self.summary, look.all, look.colour);
         text += "\n";
         text += &self.legend();
+        text += &loads::legend(&self.summary);
         if look.all {
             text += &details::details(&self.summary, look.colour);
         }
@@ -205,7 +209,20 @@ pub(super) fn heading(summary: &Summary, colour: Colour) -> String {
         host.kernel,
         host.cpu_model,
     );
-    colour.heading(&clip(&line, super::table::WIDTH)) + "\n"
+    colour.heading(&clip(&line, super::table::WIDTH)) + "\n" + &host_line(summary)
+}
+
+/// Whether the host was quiet while times were measured, where somebody looked.
+fn host_line(summary: &Summary) -> String {
+    let host = &summary.timing.host;
+    let Some(state) = host.state else { return String::new() };
+    let foreign = host.blocks.iter().map(|block| block.foreign_cores);
+    let most = foreign.max_by(f64::total_cmp).unwrap_or(0.0);
+    let word = match state {
+        HostState::Clean => "clean",
+        HostState::Noisy => "noisy",
+    };
+    format!("host {word}: others kept up to {most:.2} cores busy while times were measured\n")
 }
 
 /// Requests with the mark that says whether the trials agree with the independent replay.

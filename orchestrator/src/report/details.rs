@@ -1,6 +1,7 @@
 //! Everything that the first screen leaves out: all quantiles, costs, counts, crafts and trials.
 
 use super::incidents::{loss_text, losses};
+use super::loads;
 use super::table::{Colour, DASH, Table, clip, column, exact, short, wrap};
 use crate::results::figure::Figures;
 use crate::results::statistics::Quantile;
@@ -22,7 +23,7 @@ const NAME_SIGNS: usize = 20;
 /// All tables under `--all`.
 pub(super) fn details(summary: &Summary, colour: Colour) -> String {
     let mut text = String::new();
-    let parts = [
+    let turns = [
         ("Turn time, us", quantiles(summary)),
         ("Turn time, us, 95 % intervals over blocks", intervals(summary)),
         ("Excess of turn time over null, us", excess(summary)),
@@ -31,6 +32,7 @@ pub(super) fn details(summary: &Summary, colour: Colour) -> String {
         ("Crafts, sums over all trials", crafts(summary)),
         ("Trials", trials(summary)),
     ];
+    let parts: Vec<(&str, Table)> = turns.into_iter().chain(loads::details(summary)).collect();
     for (title, table) in parts.iter().filter(|(_, table)| !table.is_empty()) {
         text += &format!("\n{}\n{}", colour.heading(title), table.render(colour));
     }

@@ -9,6 +9,7 @@ mod details;
 pub mod diff;
 mod document;
 mod incidents;
+mod loads;
 pub mod map;
 pub mod networks;
 pub mod page;

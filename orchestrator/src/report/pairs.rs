@@ -1,7 +1,7 @@
 //! How much slower or faster than one of them strategies are, fleet size beside fleet size.
 
 use super::table::{Colour, DASH, short, wrap};
-use crate::results::inference::{Verdict, blocks_needed};
+use crate::results::inference::{Comparison, Verdict, blocks_needed};
 use crate::results::pairs::{Compared, Control};
 use crate::results::summary::Summary;
 use shared_types::wire::StrategyKind;
@@ -62,32 +62,34 @@ fn controls(summary: &Summary) -> String {
 fn section(compared: &[Compared], sizes: &[u32]) -> String {
     let of_size = |size: u32| compared.iter().filter(move |pair| pair.size == size);
     let heads = sizes.iter().map(|size| format!("{size} crafts "));
-    let mut text = line("", heads);
+    let mut text = ratio_line("", heads);
     let is_shown = |strategy: &StrategyKind| {
         sizes.iter().any(|&size| of_size(size).any(|pair| pair.strategy == *strategy))
     };
     for strategy in StrategyKind::ALL.into_iter().filter(is_shown) {
         let cells = sizes.iter().map(|&size| {
-            of_size(size).find(|pair| pair.strategy == strategy).map_or_else(String::new, cell)
+            of_size(size)
+                .find(|pair| pair.strategy == strategy)
+                .map_or_else(String::new, |pair| ratio_cell(&pair.comparison))
         });
-        text += &line(strategy.name(), cells);
+        text += &ratio_line(strategy.name(), cells);
     }
     let floors = sizes.iter().map(|&size| {
         let floor = of_size(size).find_map(|pair| pair.comparison.floor);
         floor.map_or_else(|| format!("{DASH} "), |floor| format!("{} ", short(Some(floor), SIGNS)))
     });
-    text + &line("A-A floor", floors)
+    text + &ratio_line("A-A floor", floors)
 }
 
-fn line(name: &str, cells: impl Iterator<Item = String>) -> String {
+/// A name and one cell a column.
+pub(super) fn ratio_line(name: &str, cells: impl Iterator<Item = String>) -> String {
     let cells: String = cells.map(|cell| format!("{cell:>SIZE_WIDTH$}")).collect();
     let line = format!("{name:<NAME_WIDTH$}{cells}");
     format!("{}\n", line.trim_end())
 }
 
 /// `1.31 1.22-1.40>`.
-fn cell(pair: &Compared) -> String {
-    let comparison = &pair.comparison;
+pub(super) fn ratio_cell(comparison: &Comparison) -> String {
     let number = |value: f64| short(Some(value), SIGNS);
     let interval = comparison
         .interval
@@ -108,8 +110,10 @@ fn meaning(compared: &[Compared], base: StrategyKind) -> String {
         text += "the host was noisy: no winner of times is named\n";
     }
     if has(Verdict::TooFewBlocks) {
-        let needed = blocks_needed(compared.len());
-        text += &format!("too few blocks to name a winner of times: `--blocks {needed}` may\n");
+        let (count, needed) = (compared.len(), blocks_needed(compared.len()));
+        text += &format!(
+            "too few blocks to name a winner of times among {count} comparisons: `--blocks {needed}` may\n"
+        );
     }
     if has(Verdict::Winner) || has(Verdict::Tie) {
         text += &wrap("< > =         ", &format!("faster, slower than {base}; a tie"));

@@ -7,7 +7,7 @@ use super::compare::{
 use super::page::Page;
 use super::pictures::gallery;
 use super::table::{Colour, Table, clip, column, exact, short, wrap};
-use super::{Look, Report, details, document, incidents};
+use super::{Look, Report, details, document, incidents, loads};
 use crate::results::read::RunData;
 use crate::results::record::{TrialEnd, TrialFacts};
 use crate::results::summary::{CountedCell, Summary};
@@ -33,15 +33,24 @@ pub struct Mission {
 impl Report for Mission {
     fn table(&self, look: Look) -> String {
         let mut text = heading(&self.summary, look.colour);
-        text += &self.main_table().render(look.colour);
-        text += "\n";
-        text += &self.endings(look.all);
+        text += &loads::disagreements(&self.summary);
+        let table = self.main_table();
+        let has_turns = !table.is_empty();
+        if has_turns {
+            text += &table.render(look.colour);
+            text += "\n";
+            text += &self.endings(look.all);
+        }
+        text += &loads::first_screen(&self.summary, look.colour);
         text += &incidents::incidents(&self.summary, look.all, look.colour);
         text += "\n";
-        text += &legend_of_counts();
+        if has_turns {
+            text += &legend_of_counts();
+        }
+        text += &loads::legend(&self.summary);
         if self.is_timed() {
             text += &legend_of_times();
-        } else {
+        } else if has_turns {
             text += &wrap(
                 "turn time     ",
                 "of the trials themselves, cold, ledger included; not for comparing strategies",

@@ -7,9 +7,12 @@ use super::{Look, Report};
 use crate::outcome::Outcome;
 use crate::results::event::{Event, ProcessEnd};
 use crate::results::figure::Figure;
+use crate::results::load::Saturation;
 use crate::results::read::read_run;
-use crate::results::record::{FinalFact, TrialEnd};
-use crate::results::sample::{STRATEGIES, leave_blocks, leave_run, provenance, timing, trial};
+use crate::results::record::{Cell, FinalFact, TrialEnd};
+use crate::results::sample::{
+    STRATEGIES, leave_blocks, leave_loads, leave_run, load, provenance, timing, trial,
+};
 use crate::results::statistics::{Distribution, histogram_of};
 use crate::results::store::{Place, Store, TRIALS_FILE};
 use crate::results::summary::Summary;
@@ -182,6 +185,7 @@ fn numbers_in_json(text: &str) -> BTreeMap<Key, BTreeSet<String>> {
         ("deterministic", "trials"),
         ("deterministic", "published"),
         ("timing", "cells"),
+        ("timing", "loads"),
     ] {
         for entry in document[part][list].as_array().unwrap() {
             let strategy = entry["strategy"].as_str().unwrap().to_owned();
@@ -196,7 +200,7 @@ fn numbers_in_csv(text: &str) -> BTreeMap<Key, BTreeSet<String>> {
     for row in csv::Reader::from_reader(text.as_bytes()).records() {
         let row = row.unwrap();
         let set = found.entry((row[1].parse().unwrap(), row[2].to_owned())).or_default();
-        for cell in [&row[3], &row[6], &row[7], &row[8], &row[9]] {
+        for cell in [&row[3], &row[6], &row[7], &row[8], &row[9], &row[13]] {
             if let Ok(value) = cell.parse::<f64>() {
                 set.extend(forms(value));
             }
@@ -372,4 +376,92 @@ fn ratios_stand_beside_their_intervals_with_what_they_are_worth() {
     let few = compare_of(leave_blocks(&place.path().join("three"), 7, 3, 1.2));
     assert!(few.table(FIRST_SCREEN).contains("`--blocks 9` may"), "{}", few.table(FIRST_SCREEN));
     assert_narrow(&few.table(ALL));
+}
+
+fn loaded(blocks: u32) -> Summary {
+    let place = tempfile::tempdir().unwrap();
+    leave_loads(place.path(), 5, blocks, 2_000, 1.2)
+}
+
+#[test]
+fn loads_stand_on_the_first_screen_line_by_line_with_what_comparisons_are_worth() {
+    let text = compare_of(loaded(3)).table(FIRST_SCREEN);
+    assert_narrow(&text);
+    for told in [
+        "host clean",
+        "10 crafts, load common: 4000 writes/s, needed by 0.90 others, 3 blocks, n 6000",
+        "10 crafts, load common, over boundary, and 95 % interval",
+        "A-A floor",
+        "among 6 comparisons: `--blocks 9` may",
+        "knowledge     intended to applied",
+    ] {
+        assert!(text.contains(told), "{told}\n{text}");
+    }
+    for look in [FIRST_SCREEN, ALL] {
+        assert_narrow(&mission_of(loaded(3)).table(look));
+        assert_narrow(&compare_of(loaded(9)).table(look));
+    }
+    let text = mission_of(loaded(3)).table(FIRST_SCREEN);
+    assert!(text.contains("load common") && !text.contains("request  "), "{text}");
+}
+
+#[test]
+fn every_number_of_the_tables_of_loads_is_in_json_and_csv() {
+    let compare = compare_of(loaded(3));
+    let (json, csv) = (numbers_in_json(&compare.json()), numbers_in_csv(&compare.csv()));
+    let mut tables = super::loads::main_table(&compare.summary).render(Colour::Never);
+    for (_, table) in super::loads::details(&compare.summary) {
+        tables += &table.render(Colour::Never);
+    }
+    let printed = numbers_in_table(&tables.replace('%', ""));
+    assert!(printed.len() > 100, "{} numbers found", printed.len());
+    for (key, number) in printed {
+        assert!(json[&key].contains(&number), "{number} of {key:?} is not in the JSON form");
+        assert!(csv[&key].contains(&number), "{number} of {key:?} is not in the CSV form");
+    }
+}
+
+#[test]
+fn orders_that_disagree_are_said_before_any_table() {
+    let mut summary = loaded(3);
+    let orders = &mut summary.timing.orders[0];
+    (orders.by_count, orders.disagree) =
+        (vec![StrategyKind::Full, StrategyKind::Boundary, StrategyKind::CentralBatched], true);
+    for text in
+        [compare_of(summary.clone()).table(FIRST_SCREEN), mission_of(summary).table(FIRST_SCREEN)]
+    {
+        assert_narrow(&text);
+        let (before, _) = text.split_once("strategy ").unwrap();
+        assert!(before.contains("counting messages and measuring disagree"), "{text}");
+        assert!(before.contains("by samples  full < boundary < central-batched"), "{text}");
+    }
+}
+
+#[test]
+fn what_is_saturated_late_or_not_stationary_is_said_and_has_no_percentiles() {
+    let summary = run_of(Outcome::Success, |store| {
+        for strategy in [StrategyKind::Null, StrategyKind::Boundary, StrategyKind::Full] {
+            let cell = Cell { block: 0, size: 10, strategy };
+            let (mut record, histograms) = load(cell, 0, "high", 2_000, 1.0);
+            if strategy == StrategyKind::Full {
+                record.saturated = Some(Saturation::Unapplied);
+                record.second_half_ratio = Some(1.32);
+                record.orchestrator_cpu_ns = 5_000_000;
+            }
+            store.append_load(&record, &histograms).unwrap();
+        }
+    });
+    assert_narrow(&mission_of(summary.clone()).table(ALL));
+    let text = compare_of(summary).table(FIRST_SCREEN);
+    assert_narrow(&text);
+    for told in [
+        "! full at high: saturated, below 99.9 % known by the end",
+        "! full at high: not stationary, second half 1.32 of the first",
+        "! full at high: the orchestrator used 1.00 % of a core",
+    ] {
+        assert!(text.contains(told), "{told}\n{text}");
+    }
+    let row = text.lines().find(|line| line.starts_with("full ")).unwrap();
+    let words: Vec<&str> = row.split_whitespace().collect();
+    assert_eq!(words[1..4], ["saturated", "-", "-"], "{row}");
 }

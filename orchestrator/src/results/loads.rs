@@ -236,6 +236,13 @@ impl<'a> Merged<'a> {
         if let Some(all) = self.all(|block| block.knowledge.as_ref()).filter(|all| !all.is_empty())
         {
             self.quantiles(add, ("knowledge", "ns", "time to knowledge"), &all, &slices, is_shown);
+            let median = add.figures.get("knowledge-p50");
+            let spread = median.and_then(|median| {
+                let (value, low, high) = (median.value?, median.low?, median.high?);
+                (value > 0.0).then(|| 50.0 * (high - low) / value)
+            });
+            let label = "half the width of the interval of the median, of the median";
+            add.figure("knowledge-p50-spread", spread, all.len(), "%", label);
         }
         for stage in Stage::ALL {
             let Some(all) = self.all(|block| block.stages.get(&stage)) else { continue };

@@ -140,6 +140,16 @@ fn craft_killed_at_any_instant_ends_the_run_as_partial() {
 }
 
 #[test]
+fn craft_killed_in_an_interval_of_open_mode_ends_the_run_as_partial() {
+    let keys = ["run.mode=open", "run.duration-s=20", "run.rate-per-s=500", "fleet.crafts=4"];
+    let settings = keys.iter().flat_map(|key| ["--set", key]);
+    let words = ["run", "generated"].into_iter().chain(settings).map(ToString::to_string);
+    let kill =
+        Kill { words: words.collect(), while_it_plays: false, instant_us: 1_500_000, victim: 2 };
+    kill.kill_craft(&Place::for_fleets());
+}
+
+#[test]
 fn orchestrator_killed_at_any_instant_leaves_nothing_after_clean() {
     for_all_kills(|kill, place| {
         let (finished, runs) = kill.signal_orchestrator(place, Signal::KILL);

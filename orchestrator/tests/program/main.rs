@@ -14,6 +14,7 @@ mod endings;
 mod fleet;
 mod invocation;
 mod kills;
+mod opens;
 mod pictures;
 mod resume;
 #[path = "../support/mod.rs"]
