@@ -2,7 +2,9 @@
 //!
 //! Crafts are dealt from a shuffled deck of the whole fleet, so many at a time as share one fact; when
 //! the deck runs out, a new one is shuffled. Every craft therefore shares as many facts as any other,
-//! give or take one. Which fact of its board each of them is, is drawn board by board.
+//! give or take one. Which fact of its board each of them is, is drawn board by board. A shared fact is
+//! equal on all its boards at the start, as the first of its sharers drew it; one that is final on some
+//! board holds on none.
 
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::{BoardNetwork, Target};
@@ -47,12 +49,37 @@ pub(super) fn link(
             links[own.craft.index()].extend(others.map(|&other| (own.fact.0, other)));
         }
     }
+    agree_at_the_start(boards, groups.chunks_exact(group_size));
     for (board, links) in boards.iter_mut().zip(&links) {
         let named = links.iter().flat_map(|&(fact, _)| [fact; 2]);
         let pairs = links
             .iter()
             .flat_map(|&(fact, other)| [other.craft.0, other.fact.0].map(|number| (fact, number)));
         board.links.refill(parameters.facts as usize, named, pairs);
+    }
+}
+
+/// Makes what is initially asserted of each of `groups` the same on all boards.
+fn agree_at_the_start<'a>(boards: &mut [BoardNetwork], groups: impl Iterator<Item = &'a [Target]>) {
+    let mut initial: Vec<Vec<bool>> = Vec::with_capacity(boards.len());
+    for board in boards.iter() {
+        let mut flags = vec![false; board.fact_count as usize];
+        board.initial.iter().for_each(|&fact| flags[fact as usize] = true);
+        initial.push(flags);
+    }
+    for group in groups {
+        let is_final =
+            |one: &Target| boards[one.craft.index()].finals.binary_search(&one.fact.0).is_ok();
+        let first = group[0];
+        let holds = initial[first.craft.index()][first.fact.index()];
+        let holds = holds && !group.iter().any(is_final);
+        for one in group {
+            initial[one.craft.index()][one.fact.index()] = holds;
+        }
+    }
+    for (board, flags) in boards.iter_mut().zip(initial) {
+        board.initial.clear();
+        board.initial.extend((0..board.fact_count).filter(|&fact| flags[fact as usize]));
     }
 }
 

@@ -273,6 +273,11 @@ fn shared_facts_are_symmetric_and_have_exactly_the_sharers_and_the_fraction_aske
             assert_eq!(same.len(), same[0].len());
             let crafts: Vec<CraftId> = same[0].iter().map(|sharer| sharer.craft).collect();
             assert!(crafts.windows(2).all(|pair| pair[0] < pair[1]), "each craft once");
+            let begins = |one: &Target| {
+                network.boards[one.craft.index()].initial.binary_search(&one.fact.0).is_ok()
+            };
+            let first = begins(&same[0][0]);
+            assert!(same[0].iter().all(|one| begins(one) == first), "equal at the start");
         }
         let asked = 200.0 * fraction;
         for board in &network.view().boards {
