@@ -1,7 +1,7 @@
 //! What a hop costs: from the call that sends to the return of the call that receives, by the way that a
 //! sample took.
 
-use super::loads::{Shown, loads, shown, sizes, title, warnings};
+use super::loads::{Shown, loads, no_values, shown, sizes, title, warnings};
 use crate::report::svg::axis::Axis;
 use crate::report::svg::look::{Mark, Shape};
 use crate::report::svg::number::Unit;
@@ -30,8 +30,8 @@ pub fn hops(summary: &Summary) -> Vec<Picture> {
 fn of_size(summary: &Summary, size: u32) -> Picture {
     let panels = loads(summary, size).into_iter().map(|load| {
         let title = title(summary, size, load);
-        let rows: Vec<Row> =
-            shown(summary, size, load).iter().flat_map(|line| rows_of(line)).collect();
+        let lines = shown(summary, size, load);
+        let rows: Vec<Row> = lines.iter().flat_map(rows_of).collect();
         let values = rows.iter().flat_map(|row| row.spots.iter().map(|spot| spot.x));
         match Bounds::around(Spread::Log, values) {
             Some(bounds) => {
@@ -42,7 +42,7 @@ fn of_size(summary: &Summary, size: u32) -> Picture {
                 );
                 Panel::Rows(RowChart { title, x, rows })
             }
-            None => Panel::Nothing(format!("{title}: no sample was timed")),
+            None => Panel::Nothing(no_values(&title, &lines)),
         }
     });
     let mut notes = vec![

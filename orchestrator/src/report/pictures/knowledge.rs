@@ -1,6 +1,6 @@
 //! Time to knowledge at every percentile that the events carry, one panel a load, one line a strategy.
 
-use super::loads::{Shown, loads, shown, sizes, title, warnings};
+use super::loads::{Shown, loads, no_values, shown, sizes, title, warnings};
 use super::sizes::range_of_n;
 use crate::report::svg::axis::Axis;
 use crate::report::svg::lines::{LineChart, Point, Series};
@@ -101,7 +101,7 @@ fn panel(title: &str, lines: &[(Shown<'_>, Option<Histogram<u64>>)]) -> Panel {
         std::iter::once(point.y).chain(ends.into_iter().flatten())
     });
     let Some(y) = Bounds::around(Spread::Log, heights) else {
-        return Panel::Nothing(format!("{title}: no strategy has enough events"));
+        return Panel::Nothing(no_values(title, lines.iter().map(|(line, _)| line)));
     };
     let end = points().map(|point| point.x).fold(10.0, f64::max);
     let ticks = NAMED.into_iter().filter(|&(beyond, _)| beyond <= end);

@@ -81,6 +81,21 @@ fn common_rate(summary: &Summary, size: u32, load: &str) -> Option<f64> {
     rest.iter().all(|rate| (rate / first - 1.0).abs() < 0.01).then_some(*first)
 }
 
+/// Why a panel of `lines` shows nothing.
+pub(super) fn no_values<'a, 'b: 'a>(
+    title: &str,
+    lines: impl IntoIterator<Item = &'a Shown<'b>>,
+) -> String {
+    let mut lines = lines.into_iter().peekable();
+    let is_any = lines.peek().is_some();
+    let why = if is_any && lines.all(|line| line.row.saturated.is_some()) {
+        "every strategy is saturated"
+    } else {
+        "too few events, or their histograms are lost"
+    };
+    format!("{title}: {why}")
+}
+
 /// What is wrong with the rows of `size`, as notes.
 pub(super) fn warnings(summary: &Summary, size: u32) -> Vec<String> {
     let rows = || summary.timing.loads.iter().filter(move |row| row.size == size && row.again == 0);

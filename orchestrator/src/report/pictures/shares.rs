@@ -1,6 +1,6 @@
 //! Where time to knowledge goes: the shares of origin, wake and apply among the events from a quantile on.
 
-use super::loads::{Shown, loads, shown, sizes, title, warnings};
+use super::loads::{Shown, loads, no_values, shown, sizes, title, warnings};
 use crate::report::svg::axis::Axis;
 use crate::report::svg::legend::{Entry, Sign};
 use crate::report::svg::number::Unit;
@@ -28,10 +28,10 @@ pub fn shares(summary: &Summary) -> Vec<Picture> {
 fn of_size(summary: &Summary, size: u32) -> Picture {
     let panels = loads(summary, size).into_iter().map(|load| {
         let title = title(summary, size, load);
-        let rows: Vec<Row> =
-            shown(summary, size, load).iter().flat_map(|line| rows_of(line)).collect();
+        let lines = shown(summary, size, load);
+        let rows: Vec<Row> = lines.iter().flat_map(rows_of).collect();
         if rows.iter().all(|row| row.parts.is_empty()) {
-            return Panel::Nothing(format!("{title}: no shares were recorded"));
+            return Panel::Nothing(no_values(&title, &lines));
         }
         // Medians of shares need not sum to a hundred; a little room beyond it.
         let x = Bounds::between(Spread::Linear, 0.0, 110.0);

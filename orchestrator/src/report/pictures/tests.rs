@@ -8,8 +8,9 @@ use crate::report::svg::picture::Picture;
 use crate::report::table::{Colour, WIDTH};
 use crate::results::figure::Figure;
 use crate::results::inference::Verdict;
+use crate::results::load::Saturation;
 use crate::results::map::{Choice, Map, MapCell};
-use crate::results::read::read_run;
+use crate::results::read::{RunData, read_run};
 use crate::results::sample::{leave_blocks, leave_loads, leave_run};
 use crate::results::summary::Summary;
 use shared_types::wire::StrategyKind;
@@ -121,6 +122,28 @@ fn loads_have_curves_shares_hops_staleness_and_capacity() {
     assert!(has(of("hops-10"), "one hop, other core") && has(of("hops-10"), "n 15000"));
     assert!(has(of("staleness-10"), "reads that missed a write"));
     assert!(has(of("capacity"), "n 3 blocks"));
+}
+
+#[test]
+fn what_is_saturated_says_so_and_has_no_percentiles() {
+    let place = tempfile::tempdir().unwrap();
+    leave_loads(place.path(), 1, 3, 5000, 1.3);
+    let mut run = read_run(place.path()).unwrap();
+    let saturate = |run: &mut RunData, is_so: fn(StrategyKind) -> bool| {
+        for cell in &mut run.loads {
+            let record = &mut cell.record;
+            record.saturated = is_so(record.cell.strategy).then_some(Saturation::Lag);
+        }
+    };
+    saturate(&mut run, |strategy| strategy == StrategyKind::Full);
+    let pictures = gallery(&run, &Summary::of(&run), &[]);
+    assert!(has(&pictures[0], "full: saturated") && has(&pictures[0], "full at load common"));
+    assert!(!pictures[0].document().contains("curve s-full"));
+    assert!(pictures[0].document().contains("curve s-boundary"));
+    saturate(&mut run, |_| true);
+    for picture in &gallery(&run, &Summary::of(&run), &[])[..3] {
+        assert!(has(picture, "every strategy is saturated"), "{}", picture.name);
+    }
 }
 
 fn choice(strategy: Option<StrategyKind>, best: StrategyKind, margin: f64) -> Option<Choice> {
