@@ -234,7 +234,10 @@ pub(super) fn legend(summary: &Summary) -> String {
         return String::new();
     }
     [
-        ("knowledge", "intended to applied at a board that shares the fact; +-% as above"),
+        (
+            "knowledge",
+            "intended to applied at a board that shares it; +-%: half its interval, in %",
+        ),
         ("late", "intended to made at the origin, us, part of it"),
         (
             "application",
