@@ -58,6 +58,8 @@ impl Measured {
     /// those in `beside` run on the same core as this one.
     pub(crate) fn begin(&mut self, spec: &OpenSpec, processes: usize, beside: &[CraftId]) {
         self.is_staged = spec.stamps_stages;
+        // Others may be told to start first: what comes from them before is of the first slice.
+        (self.slice, self.slice_ends, self.ends) = (0, Nanos(u64::MAX), Nanos(u64::MAX));
         self.slice_ns = spec.slice_ns.max(1);
         let slices = spec.duration_ns.div_ceil(self.slice_ns).clamp(1, SLICES_MAX);
         self.slices.resize_with(usize::try_from(slices).unwrap_or(1), times);
