@@ -256,10 +256,12 @@ fn loads_of(scenario: &ResolvedScenario, offers: &[Offer], blocks: u32) -> Vec<V
         };
         let strategies: Vec<StrategyKind> =
             scenario.strategies().iter().copied().filter(bear).collect();
-        let labels: Vec<LoadLabel> = labels(&strategies, blocks, false)
-            .into_iter()
-            .flat_map(|label| asking(label, &asks))
-            .collect();
+        let mut entries = labels(&strategies, blocks, false);
+        if let (true, Some(twice)) = (run.controls, entries.iter().find(|entry| entry.again == 1)) {
+            entries.push(Label { again: Label::UNSTAMPED, ..*twice });
+        }
+        let labels: Vec<LoadLabel> =
+            entries.into_iter().flat_map(|label| asking(label, &asks)).collect();
         let orders = balanced_orders(&labels, blocks, &mut order_stream(scenario, number));
         for (block, order) in of_blocks.iter_mut().zip(orders) {
             let (name, offered) = (offer.name.clone(), offer.offered.clone());

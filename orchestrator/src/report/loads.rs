@@ -8,7 +8,7 @@ use super::pairs::{ratio_cell, ratio_line};
 use super::table::{Colour, DASH, Table, column, exact, short, wrap};
 use crate::results::figure::Figures;
 use crate::results::inference::{Verdict, blocks_needed};
-use crate::results::load_pairs::{ComparedLoad, LoadMetric, Orders};
+use crate::results::load_pairs::{ComparedLoad, LoadMetric, Orders, StampEffect};
 use crate::results::loads::LoadFigures;
 use crate::results::statistics::{Quantile, as_float};
 use crate::results::summary::Summary;
@@ -59,6 +59,7 @@ pub(super) fn first_screen(summary: &Summary, colour: Colour) -> String {
     let mut text = format!("\n{}", main_table(summary).render(colour));
     text += &marks(summary);
     text += &ratios(summary, colour);
+    text += &stamps(summary);
     text
 }
 
@@ -143,6 +144,11 @@ fn marks(summary: &Summary) -> String {
         let mut say = |what: String| text += &wrap("! ", &format!("{name}: {what}"));
         if let Some(why) = row.saturated {
             say(format!("saturated, {}", why.name()));
+        } else if row.saturated_blocks > 0 {
+            say(format!(
+                "saturated in {} block(s), which stand in its figures",
+                row.saturated_blocks
+            ));
         }
         if row.is_stationary == Some(false) {
             let ratio = exact(row.figures.value("second-half-ratio"), 2);
@@ -157,6 +163,25 @@ fn marks(summary: &Summary) -> String {
         }
     }
     text
+}
+
+/// What stamping every stage does to time to knowledge, a line a load and quantile.
+fn stamps(summary: &Summary) -> String {
+    let lines = summary.timing.stamp_effects.iter().map(|effect| {
+        let StampEffect { size, load, metric, is_within, comparison } = effect;
+        let (low, high) = comparison.interval.unzip();
+        let [ratio, low, high] = [Some(comparison.ratio), low, high].map(|value| exact(value, 3));
+        let said = match is_within {
+            Some(true) => "within 0.95-1.05",
+            Some(false) => "NOT within 0.95-1.05",
+            None => "no interval",
+        };
+        format!(
+            "stamps, {size} crafts, {load}: {} with over without {ratio} ({low}-{high}): {said}\n",
+            metric.name()
+        )
+    });
+    lines.collect()
 }
 
 /// Every compared strategy beside the base, one line a strategy and load.

@@ -11,6 +11,7 @@ use super::load::LoadRecord;
 use super::loads::LoadFigures;
 use super::pairs::base_of;
 use super::read::RunData;
+use super::record::Label;
 use super::statistics::{Quantile, as_float};
 use serde::Serialize;
 use shared_types::rng::{Purpose, Stream};
@@ -19,6 +20,9 @@ use std::collections::BTreeMap;
 
 /// Streams of these comparisons are numbered from here, apart from those of other figures.
 const FIRST_STREAM: u32 = 5000;
+
+/// Those of the effect of stamps.
+const FIRST_STAMP_STREAM: u32 = 6000;
 
 /// What strategies are compared by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -148,6 +152,63 @@ pub fn compared_loads(run: &RunData, rows: &[LoadFigures], is_clean: bool) -> Ve
                 winner: is_winner.then_some(better),
                 comparison,
             })
+        })
+        .collect()
+}
+
+/// What measuring the stages does to time to knowledge: crafts that stamp nothing else beside those that
+/// stamp everything, in the same blocks.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StampEffect {
+    /// Crafts, a centre not counted.
+    pub size: u32,
+    /// Name of the load.
+    pub load: String,
+    /// Which quantile.
+    pub metric: LoadMetric,
+    /// Whether the whole interval lies within [`STAMP_EFFECT_MAX`]; absent without an interval.
+    pub is_within: Option<bool>,
+    /// Stamped over unstamped.
+    #[serde(flatten)]
+    pub comparison: Comparison,
+}
+
+/// How far from 1 the effect of stamps may be.
+pub const STAMP_EFFECT_MAX: f64 = 0.05;
+
+/// The effect of stamps at every load that has unstamped entries (`run.controls`).
+#[must_use]
+pub fn stamp_effects(run: &RunData, rows: &[LoadFigures], is_clean: bool) -> Vec<StampEffect> {
+    let seed = run.provenance.as_ref().map_or(0, |provenance| provenance.seed);
+    let (mut names, mut pairings) = (Vec::new(), Vec::new());
+    for metric in [LoadMetric::KnowledgeP50, LoadMetric::KnowledgeP99] {
+        for row in rows.iter().filter(|row| row.again == Label::UNSTAMPED) {
+            let entry = |again| {
+                rows.iter().find(|other| {
+                    is_beside(other, row) && (other.strategy, other.again) == (row.strategy, again)
+                })
+            };
+            let (Some(stamped), Some(again)) = (entry(0), entry(1)) else { continue };
+            let below = by_block(run, row, metric);
+            let above = by_block(run, stamped, metric);
+            let number = FIRST_STAMP_STREAM + u32::try_from(names.len()).unwrap_or(u32::MAX);
+            names.push((metric, row));
+            pairings.push(Pairing {
+                log_ratios: log_ratios(&above, &below),
+                floor: log_ratios(&by_block(run, again, metric), &above),
+                stream: Stream::new(seed, row.size, Purpose::Bootstrap, number),
+            });
+        }
+    }
+    let compared = names.into_iter().zip(compare(pairings, is_clean));
+    compared
+        .filter_map(|((metric, row), comparison)| {
+            let comparison = comparison?;
+            let is_within = comparison
+                .interval
+                .map(|(low, high)| low >= 1.0 - STAMP_EFFECT_MAX && high <= 1.0 + STAMP_EFFECT_MAX);
+            let (size, load) = (row.size, row.load.clone());
+            Some(StampEffect { size, load, metric, is_within, comparison })
         })
         .collect()
 }

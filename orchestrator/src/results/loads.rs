@@ -42,8 +42,10 @@ pub struct LoadFigures {
     /// Whether other strategies are compared with this row, or this with another: of a central
     /// strategy only the middle asking interval.
     pub is_compared: bool,
-    /// Why some block was above capacity; then there are no percentiles.
+    /// Why more than half of the blocks were above capacity; then there are no percentiles.
     pub saturated: Option<Saturation>,
+    /// Blocks that were above capacity; up to half of them stand in the percentiles like the others.
+    pub saturated_blocks: u64,
     /// Whether the second half of the interval was as fast as the first; absent without an event.
     pub is_stationary: Option<bool>,
     /// Whether the schedule's median lateness exceeds half of the median time to knowledge: then no
@@ -172,7 +174,12 @@ impl<'a> Merged<'a> {
     }
 
     fn saturated(&self) -> Option<Saturation> {
-        self.records().find_map(|record| record.saturated)
+        let is_most = 2 * self.saturated_blocks() > self.blocks.len() as u64;
+        self.records().find_map(|record| record.saturated).filter(|_| is_most)
+    }
+
+    fn saturated_blocks(&self) -> u64 {
+        self.records().filter(|record| record.saturated.is_some()).count() as u64
     }
 
     /// Median of `stage` over all blocks, whether or not it may be shown.
@@ -214,6 +221,7 @@ impl<'a> Merged<'a> {
             asks_every_ns,
             is_compared,
             saturated: self.saturated(),
+            saturated_blocks: self.saturated_blocks(),
             is_stationary: second_half_ratio.map(|ratio| ratio <= SECOND_HALF_RATIO_MAX),
             is_late: late.is_some_and(|(lateness, total)| 2 * lateness > total),
             is_disturbed: self.records().any(disturbed),

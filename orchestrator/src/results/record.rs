@@ -39,6 +39,10 @@ impl Label {
     /// Entry that is slowed down by [`limits::PLANTED_SLOWDOWN_PERCENT`].
     pub const SLOWED: u32 = 4;
 
+    /// Entry under load in which time to knowledge is the only thing that crafts stamp and keep: what
+    /// it differs by is the effect of measuring the stages.
+    pub const UNSTAMPED: u32 = 5;
+
     /// `strategy` itself.
     #[must_use]
     pub const fn first(strategy: StrategyKind) -> Self {
@@ -58,6 +62,7 @@ impl std::fmt::Display for Label {
             0 => write!(formatter, "{}", self.strategy),
             1 => write!(formatter, "{} (again)", self.strategy),
             Self::SLOWED => write!(formatter, "{} (slowed)", self.strategy),
+            Self::UNSTAMPED => write!(formatter, "{} (unstamped)", self.strategy),
             times => write!(formatter, "{} (again {times})", self.strategy),
         }
     }

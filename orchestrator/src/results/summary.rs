@@ -10,7 +10,7 @@ use super::event::{Event, EventLine};
 use super::figure::Figures;
 use super::host::HostReport;
 use super::load::{CapacityRecord, LoadRecord};
-use super::load_pairs::{ComparedLoad, Orders, compared_loads, orders};
+use super::load_pairs::{ComparedLoad, Orders, StampEffect, compared_loads, orders, stamp_effects};
 use super::loads::{LoadFigures, load_figures};
 use super::pairs::{self, Compared, Control};
 use super::provenance::Provenance;
@@ -88,6 +88,8 @@ pub struct Timing {
     pub loads: Vec<LoadFigures>,
     /// The same paired by block with those of one strategy.
     pub compared_loads: Vec<ComparedLoad>,
+    /// What stamping every stage does to time to knowledge; empty unless `run.controls`.
+    pub stamp_effects: Vec<StampEffect>,
     /// Strategies in order by count, CPU and time to knowledge, for each size and load.
     pub orders: Vec<Orders>,
     /// Whether the host was quiet.
@@ -157,6 +159,7 @@ impl Summary {
             compared,
             controls: pairs::controls(run, host.is_clean()),
             compared_loads: compared_loads(run, &loads, host.is_clean()),
+            stamp_effects: stamp_effects(run, &loads, host.is_clean()),
             orders: orders(&loads),
             loads,
             host,

@@ -10,7 +10,7 @@ use super::{Ended, Runner};
 use crate::outcome::Outcome;
 use crate::results::event::Event;
 use crate::results::load::{LoadHistograms, LoadRecord};
-use crate::results::record::{Cell, Counts, TrialEnd};
+use crate::results::record::{Cell, Counts, Label, TrialEnd};
 use crate::results::statistics::as_float;
 use crate::results::store::StoreError;
 use agent::oracle::{ExpectedOpen, ObservedOpen, compare_open};
@@ -154,7 +154,7 @@ impl Bearing<'_> {
                 duration_ns,
                 slice_ns: self.open.slice_ns,
                 asks_every_ns: self.label.asks_every_ns.unwrap_or(self.open.duration_ns),
-                stamps_stages: true,
+                stamps_stages: self.label.label.again != Label::UNSTAMPED,
             }),
             ..rules.spec(epoch, self.network, self.label.label.strategy)
         }

@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::results::inference::Verdict;
 use crate::results::load::{LoadHistograms, LoadRecord, Saturation};
 use crate::results::load_pairs::LoadMetric;
-use crate::results::record::Cell;
+use crate::results::record::{Cell, Label};
 use crate::results::sample::{leave_loads, load, provenance};
 use crate::results::statistics::{Distribution, histogram_of};
 use crate::results::store::{Place, Store};
@@ -131,6 +131,52 @@ fn a_late_schedule_names_no_winner_on_latency_and_still_one_on_cpu() {
         assert_eq!(pair.winner.is_some(), is_cpu, "{pair:?}");
         assert_eq!(pair.is_late, !is_cpu);
     }
+}
+
+/// Three blocks of `boundary`, twice stamped and once not; `unstamped` times as long without stamps.
+fn stamped(unstamped: f64) -> Summary {
+    let place = tempfile::tempdir().unwrap();
+    let mut store = Store::create(Place::Exactly(place.path()), &provenance(), "").unwrap();
+    for block in 0..3 {
+        let cell = Cell { block, size: 10, strategy: StrategyKind::Boundary };
+        for (again, factor) in [(0, 1.0), (1, 1.01), (Label::UNSTAMPED, unstamped)] {
+            let (record, histograms) = load(cell, again, "high", 2000, factor);
+            store.append_load(&record, &histograms).unwrap();
+        }
+    }
+    store.finish(Outcome::Success).unwrap()
+}
+
+#[test]
+fn the_effect_of_stamps_is_seen_where_there_is_one() {
+    let without = stamped(1.0).timing.stamp_effects;
+    let metrics: Vec<LoadMetric> = without.iter().map(|effect| effect.metric).collect();
+    assert_eq!(metrics, [LoadMetric::KnowledgeP50, LoadMetric::KnowledgeP99]);
+    assert!(without.iter().all(|effect| effect.is_within == Some(true)), "{without:?}");
+    let with = stamped(0.9).timing.stamp_effects;
+    assert!(with.iter().all(|effect| effect.is_within == Some(false)), "{with:?}");
+    assert!((with[0].comparison.ratio - 1.0 / 0.9).abs() < 0.02);
+}
+
+#[test]
+fn one_saturated_block_of_three_is_told_and_hides_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let of = |saturated: u32| {
+        let directory = place.path().join(saturated.to_string());
+        let mut store = Store::create(Place::Exactly(&directory), &provenance(), "").unwrap();
+        for block in 0..3 {
+            let cell = Cell { block, size: 10, strategy: StrategyKind::Boundary };
+            let (mut record, histograms) = load(cell, 0, "high", 2000, 1.0);
+            record.saturated = (block < saturated).then_some(Saturation::Lag);
+            store.append_load(&record, &histograms).unwrap();
+        }
+        store.finish(Outcome::Success).unwrap().timing.loads.remove(0)
+    };
+    let (one, two) = (of(1), of(2));
+    assert_eq!((one.saturated, one.saturated_blocks), (None, 1));
+    assert!(one.figures.value("knowledge-p50").is_some());
+    assert_eq!((two.saturated, two.saturated_blocks), (Some(Saturation::Lag), 2));
+    assert_eq!(two.figures.value("knowledge-p50"), None);
 }
 
 #[test]
