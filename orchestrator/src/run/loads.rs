@@ -75,8 +75,13 @@ impl Runner<'_> {
         let warm_up_ns = open.warm_up_ns.min(open.duration_ns).max(1);
         let epochs = open.warm_up_ns.div_ceil(warm_up_ns);
         for _ in 0..epochs {
-            if let Err(error) = self.play_interval(backend, bearing, warm_up_ns)? {
-                return self.end_early(plan, &phase, error).map(Err);
+            match self.play_interval(backend, bearing, warm_up_ns)? {
+                Ok((_, played)) if !played.is_quiet => self.note(format!(
+                    "{phase}: the fleet did not come to rest after the unmeasured part; what was still \
+                     under way then counts as lost"
+                ))?,
+                Ok(_) => {}
+                Err(error) => return self.end_early(plan, &phase, error).map(Err),
             }
         }
         let (spec, played) = match self.play_interval(backend, bearing, open.duration_ns)? {
