@@ -46,7 +46,7 @@ pub struct SweepCell {
 /// What `sweep.json` holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweepFile {
-    /// [`SWEEP_FORMAT`].
+    /// `SWEEP_FORMAT`.
     pub format: u32,
     /// What is varied.
     pub axes: Vec<Axis>,

@@ -2,7 +2,7 @@
 //! when, what was never known, and whether the load was above capacity.
 //!
 //! Nothing is filtered: a change that was never known enters as "at least (end - intended)". Not here:
-//! whether counts are those of the independent replay ([`super::loads`]), and figures over blocks.
+//! whether counts are those of the independent replay (`super::loads`), and figures over blocks.
 
 use super::backend::PlayedOpen;
 use super::offer::Offer;

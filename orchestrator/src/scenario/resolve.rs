@@ -78,7 +78,7 @@ impl ResolvedScenario {
     /// The same scenario with so many writes of one craft due together.
     ///
     /// # Panics
-    /// If the burst is none that [`Self::check`] accepts as one of `capacity.bursts`.
+    /// If the burst is none that `check` accepts as one of `capacity.bursts`.
     #[must_use]
     pub fn with_burst(&self, burst: u32) -> Self {
         assert!(burst > 0, "invariant: bursts were checked");

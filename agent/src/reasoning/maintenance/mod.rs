@@ -8,7 +8,7 @@
 //!
 //! What can serve a goal at all is what the sound pruner keeps; what is on one of the best ways to it is
 //! told by the caller, who plans. Boundary facts are never taken off a board while another may read
-//! them. Time is an argument. The whole assessment from scratch stands in [`reference`].
+//! them. Time is an argument. The whole assessment from scratch stands in [`mod@reference`].
 
 mod items;
 pub mod reference;

@@ -3,7 +3,7 @@
 //! What a pruner leaves is held to one percent of the published mean, iterations to 15 % and path
 //! lengths to 30 %, root mean square over the rows of Tables 5 to 18. Times are of another machine and
 //! another language: they stand beside each other and nothing is said of them. The counters of the
-//! naive solver could not be reproduced. What the tables lead to is in [`derived`].
+//! naive solver could not be reproduced. What the tables lead to is in `derived`.
 
 mod derived;
 mod published;
