@@ -334,8 +334,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
     /// Rings for what was sent, retries what waits, and lets others run: a step ends with empty
     /// inboxes, so the next look pays only after that.
     fn rest(&mut self, arrived: usize) -> Result<(), SessionError> {
-        self.endpoint.ring();
+        // In this order: what leaves the outbox now is rung for as well.
         self.endpoint.flush()?;
+        self.endpoint.ring();
         if arrived > 0 {
             self.surroundings.stay_awake();
         }

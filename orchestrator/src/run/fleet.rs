@@ -332,6 +332,7 @@ impl<'a> RealFleet<'a> {
     /// ends, and by a signal; one that only yields looks at these from time to time.
     fn rest(&mut self) -> Result<(), PlayError> {
         self.endpoint.flush()?;
+        self.endpoint.ring();
         let others = [self.watch.as_fd(), self.signals.as_fd()];
         let look = self.patience.next_look();
         let until = self.options.run_ends.map_or(look, |ends| ends.min(look));
