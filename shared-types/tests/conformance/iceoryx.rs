@@ -15,7 +15,7 @@ use shared_types::transport::{Destination, Endpoint, Peers, RunPaths, WakeMode, 
 use shared_types::wire::{Header, Losses};
 use std::fs::File;
 use std::os::fd::AsFd;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// Keeps tests of real shared memory apart, whichever test binary they are in.
 fn machine_wide_lock() -> File {
@@ -256,4 +256,57 @@ fn a_restarted_craft_finds_its_place_and_reads_nothing_of_its_old_self() {
     assert_eq!(numbers(&drain(&mut again)), [4]);
     assert_eq!(again.take_losses(), Losses { gaps: 1, ..Losses::default() }, "number 0 was unread");
     assert_eq!(fleet.craft(0).take_losses(), Losses::default());
+}
+
+/// Two threads ring a third over and over, all at the same time: a ring often meets a hearing half-way.
+#[test]
+fn no_bell_is_lost_however_rings_and_hearings_meet() {
+    const ROUNDS: u32 = 100_000;
+    const OVER: u32 = u32::MAX;
+    let run = Run::new();
+    let _host = IceoryxHost::create(&run.paths, HostOptions::new(CRAFTS)).expect("creates");
+    let open = |craft| {
+        let options = EndpointOptions::new(CRAFTS, WakeMode::Block);
+        let mut endpoint =
+            IceoryxEndpoint::open(&run.paths, CraftId(craft), Incarnation(0), options)
+                .expect("opens");
+        let unicast = if craft == 0 { vec![] } else { vec![CraftId(0)] };
+        endpoint.open_ports(&Peers { unicast, ..Peers::default() }).expect("opens");
+        endpoint
+    };
+    let mut sleeper = open(0);
+    let round = AtomicU32::new(0);
+    let rung = [AtomicU32::new(0), AtomicU32::new(0)];
+    std::thread::scope(|scope| {
+        for (craft, rung) in (1..).zip(&rung) {
+            let (open, round) = (&open, &round);
+            scope.spawn(move || {
+                let mut ringer = open(craft);
+                for number in 1..=ROUNDS {
+                    while round.load(Ordering::Acquire) < number {
+                        std::thread::yield_now();
+                    }
+                    if round.load(Ordering::Acquire) == OVER {
+                        return;
+                    }
+                    send_number(&mut ringer, to_craft(0), number).expect("sends");
+                    ringer.ring();
+                    rung.store(number, Ordering::Release);
+                }
+            });
+        }
+        let slept_through = (1..=ROUNDS).find(|&number| {
+            round.store(number, Ordering::Release);
+            let (mut received, mut slept_through) = (0, false);
+            while received < 2 {
+                received += sleeper.drain(&mut |_, _, _| ()).expect("drains");
+                if received < 2 && sleeper.wait(None, &[]).expect("waits") == Wake::Timeout {
+                    slept_through |= rung.iter().all(|rung| rung.load(Ordering::Acquire) == number);
+                }
+            }
+            slept_through
+        });
+        round.store(OVER, Ordering::Release);
+        assert_eq!(slept_through, None, "the round in which it slept through both bells");
+    });
 }

@@ -2,8 +2,10 @@
 //!
 //! Sleeping is one `ppoll` on the descriptor of the own bell, and on others that the caller names, to
 //! an exact deadline; iceoryx2's timed waits round up to kernel ticks. A bell stays rung until it is
-//! heard, so a sample that arrives between the last look and the sleep wakes all the same. No sleep is
-//! longer than [`SLEEP_NS_MAX`], so that a process sees within a second that its orchestrator is gone.
+//! heard, and it is heard right before the sleep, not after it: who finds it rung looks at its inboxes
+//! once more, who finds it silent sleeps, and whatever rings from then on makes the descriptor ready
+//! (docs/decisions/0015). No sleep is longer than [`SLEEP_NS_MAX`], so that a process sees within a
+//! second that its orchestrator is gone.
 
 use super::endpoint::IceoryxEndpoint;
 use super::{Listener, descriptor};
@@ -24,33 +26,37 @@ pub enum Wake {
     Timeout,
 }
 
-/// Sleeps until `listener` hears its bell, one of `others` is readable, or `until`.
+/// Sleeps until the bell of `listener` rings, one of `others` is readable, or `until`; not at all if
+/// it has rung since it was last heard.
 pub(super) fn sleep(
     listener: &Listener,
     until: Option<Nanos>,
     others: &[BorrowedFd<'_>],
 ) -> Result<Wake, SendError> {
+    // iceoryx2 keeps beside the descriptor whether the bell has rung, and whoever rings again does not
+    // touch the descriptor. The two may disagree after a ring that met a hearing half-way: rung, and
+    // nothing to read. Hearing first brings them together again.
+    let heard = listener
+        .try_wait(|_| ())
+        .map_err(|error| super::peers::transport_error("hearing", error))?;
+    if heard > 0 {
+        return Ok(Wake::Bell);
+    }
     let bell = PollFd::from_borrowed_fd(descriptor::of(listener), PollFlags::IN);
     let longest = clock::now().plus(SLEEP_NS_MAX);
     let until = until.map_or(longest, |until| until.min(longest));
     let readable = |other| PollFd::from_borrowed_fd(other, PollFlags::IN);
-    let wake = match *others {
-        [] => wait_for(&mut [bell], until)?,
+    match *others {
+        [] => wait_for(&mut [bell], until),
         // What a craft waits with: nothing is allocated for it.
-        [other] => wait_for(&mut [bell, readable(other)], until)?,
+        [other] => wait_for(&mut [bell, readable(other)], until),
         _ => {
             let mut all = Vec::with_capacity(1 + others.len());
             all.push(bell);
             all.extend(others.iter().copied().map(readable));
-            wait_for(&mut all, until)?
+            wait_for(&mut all, until)
         }
-    };
-    if wake != Wake::Timeout {
-        listener
-            .try_wait(|_| ())
-            .map_err(|error| super::peers::transport_error("hearing", error))?;
     }
-    Ok(wake)
 }
 
 /// Waits for one of `descriptors`, the bell first.
