@@ -93,6 +93,7 @@ fn spec(strategy: StrategyKind) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 1000,
+        recovery: None,
         open: None,
     }
 }
@@ -147,8 +148,7 @@ impl Fleet {
     fn publish(&mut self, index: usize) {
         let craft = &mut self.crafts[index];
         let now = self.network.now();
-        dispatch(&mut self.endpoints[index], now, &mut self.out, craft.counting_mut())
-            .expect("sends");
+        dispatch(&mut self.endpoints[index], now, &mut self.out, craft).expect("sends");
         self.reports += self.out.reports.len() as u64;
         self.out.reports.clear();
     }

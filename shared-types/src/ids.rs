@@ -67,7 +67,8 @@ dense_id! {
     Turn
 }
 dense_id! {
-    /// Which life of a craft: 0 for the first process, one more for every restart.
+    /// Which life of a craft: 0 for those that start with the fleet. A process that starts later, for
+    /// the first time or again, gets a number above every one that the fleet has given out before.
     Incarnation
 }
 

@@ -41,6 +41,31 @@ pub const DRAIN_SAMPLES_MAX: usize = 4096;
 /// Samples of one service that are handed over before the next service has its turn.
 pub const DRAIN_BURST: usize = 64;
 
+/// Samples that one process remembers so that it can repeat them; of older ones the state is told.
+pub const RING_SAMPLES: usize = 1024;
+
+/// Times that one sample is repeated at most: at 75 % loss one in a hundred million is lost for good.
+pub const REPEATS_MAX: u32 = 64;
+
+/// Ranges of missing numbers that one receipt names.
+pub const MISSING_ROWS_MAX: usize = 64;
+
+/// Numbers that one receipt has repeated at most; the rest is asked for again.
+pub const REPEATS_PER_RECEIPT: u64 = 64;
+
+/// Times that one thing is asked for without any progress, before it is given up.
+pub const ASKS_MAX: u32 = 256;
+
+/// Numbered samples from one source after which a receipt is sent at once.
+pub const RECEIPT_SAMPLES: u32 = 32;
+
+/// Every life writes versions from its number times this on, so that no two lives give out the same:
+/// more than one life writes a fact.
+pub const VERSIONS_PER_LIFE: u32 = 1 << 20;
+
+/// Lives that one fleet may have besides its first ones.
+pub const LIVES_MAX: u32 = u32::MAX / VERSIONS_PER_LIFE;
+
 /// Longest sleep of a process, ns: within a second it must see that its orchestrator is gone.
 pub const SLEEP_NS_MAX: u64 = 500_000_000;
 
@@ -164,5 +189,7 @@ const _: () = assert!(REAL_CRAFTS_MAX < SIMULATED_CRAFTS_TESTED);
 const _: () = assert!((REAL_CRAFTS_MAX as usize) < CRAFTS_RECORDED_MAX);
 const _: () = assert!(SIMULATED_CRAFTS_TESTED <= SIMULATED_CRAFTS_MAX);
 const _: () = assert!(PIPELINE_DEPTH < INBOX_SAMPLES);
+const _: () = assert!(REPEATS_PER_RECEIPT <= INBOX_SAMPLES as u64);
+const _: () = assert!(REPEATS_MAX <= ASKS_MAX);
 const _: () = assert!(REPORT_PART_BYTES <= INBOX_PAYLOAD_BYTES);
 const _: () = assert!(PUBLISHED_TURNS_MAX <= TURNS_MAX);

@@ -37,6 +37,8 @@ pub struct Blackboard {
     repeats: BitSet,
     /// Final facts that the last firing newly asserted, if only for a moment.
     reached: Vec<FactId>,
+    /// What the craft writes has at least this count: no earlier life of it gave out as much.
+    count_floor: u32,
 }
 
 impl Blackboard {
@@ -45,6 +47,7 @@ impl Blackboard {
     pub fn reset(&mut self, board: &BoardView<'_>) {
         let rules = board.rule_count() as usize;
         let items = rules + board.action_count() as usize;
+        self.count_floor = 0;
         self.states.clear();
         self.states.resize(board.fact_count as usize, FactState::default());
         self.agenda.reset(items);
@@ -67,6 +70,17 @@ impl Blackboard {
         for &fact in board.initial {
             self.set(board, FactId(fact), Value::Asserted);
         }
+    }
+
+    /// From now on nothing is written with a count below `floor`.
+    pub fn set_count_floor(&mut self, floor: u32) {
+        self.count_floor = floor;
+    }
+
+    /// How many facts the board has.
+    #[must_use]
+    pub fn fact_count(&self) -> u32 {
+        FactId::from_index(self.states.len()).0
     }
 
     /// Value and version of a fact.
@@ -205,7 +219,8 @@ impl Blackboard {
     ) -> Change {
         let fact = assignment.fact();
         let before = self.states[fact.index()];
-        let version = Version { count: before.version.count + 1, writer: craft };
+        let count = (before.version.count + 1).max(self.count_floor);
+        let version = Version { count, writer: craft };
         let value = assignment.wanted();
         self.states[fact.index()].version = version;
         self.set(board, fact, value);

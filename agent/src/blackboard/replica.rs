@@ -47,6 +47,12 @@ impl ReplicaStore {
         }
     }
 
+    /// What `origin` told of its `fact`.
+    #[must_use]
+    pub fn state(&self, origin: CraftId, fact: FactId) -> FactState {
+        self.states[self.starts[origin.index()] + fact.index()]
+    }
+
     /// Digest over (origin u32, fact u32, value u8, count u32, writer u32; little-endian) of every
     /// replica held, by origin and fact.
     #[must_use]

@@ -12,6 +12,8 @@ mod open_centre;
 mod open_client;
 mod outbox;
 mod playing;
+mod recovering;
+mod recovery;
 mod schedule;
 
 pub(crate) use outbox::header;
@@ -24,6 +26,7 @@ use autonomous::Autonomous;
 use open::Open;
 use open_centre::OpenCentre;
 use open_client::OpenClient;
+use recovery::{Question, Recovery};
 use shared_types::ids::{CraftId, Firing};
 use shared_types::knowledge::{Change, FleetView};
 use shared_types::time::Nanos;
@@ -70,6 +73,11 @@ pub struct Craft {
     measured: Measured,
     /// Processes that run on the same core only.
     beside: Vec<CraftId>,
+    /// Which life of the craft this is.
+    life: u32,
+    /// Repair of losses, in epochs that want it.
+    recovery: Option<Box<Recovery>>,
+    questions: Vec<Question>,
 }
 
 impl Craft {
@@ -87,6 +95,9 @@ impl Craft {
             arrived: Nanos(0),
             measured: Measured::default(),
             beside: Vec::new(),
+            life: 0,
+            recovery: None,
+            questions: Vec::new(),
         }
     }
 
@@ -103,6 +114,11 @@ impl Craft {
         self.counting.begin_epoch(spec, fleet.boards.len() + 1);
         let others = u64::from(fleet.craft_count()).saturating_sub(1);
         self.copies = if spec.strategy.multicasts() { others } else { 1 };
+        self.begin_role(spec, fleet);
+        self.begin_recovery(spec, fleet);
+    }
+
+    fn begin_role(&mut self, spec: &EpochSpec, fleet: &FleetView<'_>) {
         let is_centre = self.craft.0 == fleet.craft_count();
         if let Some(open) = &spec.open {
             return self.begin_open_epoch(spec, open, fleet);
@@ -152,13 +168,15 @@ impl Craft {
     /// The ports that this epoch needs.
     #[must_use]
     pub fn peers(&self, fleet: &FleetView<'_>) -> Peers {
-        match &self.role {
-            Role::Absent => Peers::default(),
+        let mut peers = match &self.role {
+            Role::Absent => return Peers::default(),
             Role::Autonomous(craft) => craft.peers(fleet),
             Role::Open(craft) => craft.peers(fleet),
             Role::Client(_) | Role::OpenClient(_) => Client::peers(fleet),
             Role::Centre(_) | Role::OpenCentre(_) => Centre::peers(fleet),
-        }
+        };
+        self.add_recovery_peers(&mut peers);
+        peers
     }
 
     /// Carries out a turn command that was given at `now`.
@@ -205,7 +223,7 @@ impl Craft {
         }
     }
 
-    /// Takes a verified sample of the classes replication and reply.
+    /// Takes a verified sample of the classes replication, reply, repair and ack.
     ///
     /// # Errors
     /// If its records do not fill it, name something that does not exist, or do not belong to the
@@ -223,7 +241,18 @@ impl Craft {
             self.counting.counters.losses.late += 1;
             return Ok(());
         }
-        let result = self.take(class, kind, header, payload, fleet, out);
+        if let Some(recovery) = &mut self.recovery {
+            recovery.look(self.arrived);
+            if recovery.heard(header) {
+                self.take_member(CraftId(header.source), false, fleet);
+            }
+        }
+        let result = if kind.is_numbered() {
+            self.take(class, kind, header, payload, fleet, out)
+        } else {
+            let counted = self.counting.received(class, header, payload.len());
+            counted.and_then(|()| self.take_recovery(kind, header, payload, fleet, out))
+        };
         if result.is_err() {
             self.counting.counters.losses.refused += 1;
         }
@@ -254,7 +283,7 @@ impl Craft {
     pub fn report(&self) -> TrialReport {
         let mut report = TrialReport {
             craft: self.craft.0,
-            counters: self.counting.counters.clone(),
+            counters: self.counters(),
             open: self.report_open(),
             ..TrialReport::default()
         };
@@ -283,16 +312,7 @@ impl Craft {
         fleet: &FleetView<'_>,
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
-        let reader = DeltaReader::new(payload, header.record_count).ok_or(Refusal::Length)?;
-        self.received.clear();
-        for change in reader.changes() {
-            let change = change.ok_or(Refusal::Record)?;
-            let writer = fleet.boards.get(change.version.writer.index()).ok_or(Refusal::Record)?;
-            if change.fact.0 >= writer.fact_count {
-                return Err(Refusal::Record);
-            }
-            self.received.push(change);
-        }
+        let reader = self.read_changes(header, payload, fleet, false)?;
         if matches!(self.role, Role::OpenClient(_) | Role::OpenCentre(_)) {
             self.received_intended.clear();
             for intended_ns in reader.intended_ns() {
@@ -331,5 +351,26 @@ impl Craft {
             }
             _ => Err(Refusal::Kind),
         }
+    }
+
+    /// Reads the records of a sample: changes in their writers' ids or, of a digest, in this board's.
+    fn read_changes<'a>(
+        &mut self,
+        header: &Header,
+        payload: &'a [u8],
+        fleet: &FleetView<'_>,
+        is_digest: bool,
+    ) -> Result<DeltaReader<'a>, Refusal> {
+        let reader = DeltaReader::new(payload, header.record_count).ok_or(Refusal::Length)?;
+        self.received.clear();
+        for change in reader.changes() {
+            let change = change.ok_or(Refusal::Record)?;
+            let writer = fleet.boards.get(change.version.writer.index()).ok_or(Refusal::Record)?;
+            if !is_digest && change.fact.0 >= writer.fact_count {
+                return Err(Refusal::Record);
+            }
+            self.received.push(change);
+        }
+        Ok(reader)
     }
 }

@@ -7,18 +7,21 @@
 //! need a conversation of their own (`open_client`, `open_centre`).
 
 use super::outbox::{Counting, Outbox};
+use super::recovering::{is_news, within};
+use super::recovery::Authors;
 use super::schedule::{Schedule, Seen};
 use crate::blackboard::Blackboard;
 use crate::blackboard::replica::ReplicaStore;
 use crate::metrics::{Measured, Way};
 use crate::replication::{Context, Plans, Recipient, Strategy, strategy};
 use shared_types::ids::CraftId;
-use shared_types::knowledge::{Assignment, Change, FactState, FleetView, Literal};
+use shared_types::knowledge::{Assignment, Change, FactState, FleetView, Literal, Topology};
 use shared_types::limits::INBOX_PAYLOAD_BYTES;
 use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::{Destination, Peers};
 use shared_types::wire::{Class, EpochSpec, Header, Kind, OpenSpec, Refusal, Stage, StrategyKind};
+use std::ops::Range;
 
 /// Changes of one due time on their way to one hop.
 #[derive(Debug, Default)]
@@ -43,6 +46,9 @@ pub(super) struct Open {
     records_max: usize,
     strategy: Box<dyn Strategy>,
     board: Blackboard,
+    authors: Authors,
+    /// Crafts that are gone.
+    gone: Vec<CraftId>,
     replicas: ReplicaStore,
     keeps_replicas: bool,
     schedule: Schedule,
@@ -66,6 +72,8 @@ impl Open {
             records_max: 1,
             strategy: strategy(StrategyKind::Null),
             board: Blackboard::default(),
+            authors: Authors::default(),
+            gone: Vec::new(),
             replicas: ReplicaStore::default(),
             keeps_replicas: false,
             schedule: Schedule::default(),
@@ -92,6 +100,7 @@ impl Open {
         self.records_max = INBOX_PAYLOAD_BYTES / spec.record_bytes as usize;
         self.strategy = strategy(spec.strategy);
         self.board.reset(fleet.board(craft));
+        self.authors.reset(fleet.board(craft).fact_count, spec.recovery.is_some());
         self.keeps_replicas = spec.strategy.keeps_replicas();
         if self.keeps_replicas {
             self.replicas.reset(fleet);
@@ -180,7 +189,10 @@ impl Open {
         let context = Context { craft: self.craft, fleet };
         self.plans.clear();
         let source = CraftId(header.source);
-        self.strategy.plan_relay(&context, origin, source, changes, &mut self.plans);
+        // Crafts that disagree on who is gone must not pass a change round in a circle.
+        if u32::from(header.hop_count) < fleet.craft_count() {
+            self.strategy.plan_relay(&context, origin, source, changes, &mut self.plans);
+        }
         self.fill_lanes();
         let onward =
             Header { hop_count: header.hop_count.saturating_add(1), argument: wake_ns, ..*header };
@@ -195,6 +207,9 @@ impl Open {
             if let Some(own) = origin_board.target_on(fact, self.craft) {
                 let merged = self.board.merge(board, own, value, version);
                 counting.counters.conflicts += u64::from(merged.conflict);
+                if merged.accepted {
+                    self.authors.learnt(own, fact);
+                }
                 self.seen.note(own, intended_ns);
                 applied += 1;
             }
@@ -224,6 +239,7 @@ impl Open {
     fn write(&mut self, assignment: Assignment, fleet: &FleetView<'_>, counting: &mut Counting) {
         let board = fleet.board(self.craft);
         let change = self.board.write(board, self.craft, assignment);
+        self.authors.wrote(&change);
         self.firing_number += 1;
         let sent = if self.sends_altered_only && !change.altered { &[][..] } else { &[change] };
         counting.fired(board, sent);
@@ -264,5 +280,116 @@ impl Open {
             }
             lane.clear();
         }
+    }
+
+    /// The craft recovers; its writes have at least the count `floor`.
+    pub(super) fn begin_recovery(&mut self, floor: u32, fleet: &FleetView<'_>) {
+        self.board.set_count_floor(floor);
+        self.set_detour(fleet);
+    }
+
+    /// `craft` is gone or back: plans go round it.
+    pub(super) fn reroute(&mut self, craft: CraftId, is_gone: bool, fleet: &FleetView<'_>) {
+        self.gone.retain(|&gone| gone != craft);
+        if is_gone {
+            self.gone.push(craft);
+        }
+        self.set_detour(fleet);
+    }
+
+    fn set_detour(&mut self, fleet: &FleetView<'_>) {
+        if !self.strategy.relays() {
+            return;
+        }
+        let cut = || Topology::without(&fleet.topology, |craft| self.gone.contains(&craft));
+        let detour = if self.gone.is_empty() { None } else { cut() };
+        self.strategy.reroute(detour);
+    }
+
+    /// The versions held here of what `facts` of `teller` reach, as `teller` numbers them.
+    pub(super) fn digest(
+        &self,
+        teller: CraftId,
+        facts: Range<u32>,
+        fleet: &FleetView<'_>,
+        out: &mut Vec<Change>,
+    ) {
+        let board = fleet.board(teller);
+        for fact in within(facts, board.fact_count) {
+            let Some(own) = board.target_on(fact, self.craft) else { continue };
+            let FactState { value, version } = self.board.state(own);
+            if version.count > 0 {
+                out.push(Change { fact, value, version, altered: false });
+            }
+        }
+    }
+
+    /// What `asker` lacks of `facts`, as far as this board knows: what `known` says that it holds is
+    /// left out, except where replicas are kept, of which it says nothing.
+    pub(super) fn tell(
+        &self,
+        asker: CraftId,
+        facts: Range<u32>,
+        known: &[Change],
+        fleet: &FleetView<'_>,
+        out: &mut Vec<Change>,
+    ) {
+        let board = fleet.board(self.craft);
+        for fact in within(facts.clone(), board.fact_count) {
+            let at_asker = board.target_on(fact, asker);
+            for change in self.authors.changes(&self.board, fact) {
+                let writer = change.version.writer;
+                let reached = if writer == asker {
+                    Some(change.fact)
+                } else {
+                    fleet.board(writer).target_on(change.fact, asker)
+                };
+                let is_own = writer == self.craft && self.strategy.replicates(board, fact);
+                let is_told = match reached {
+                    Some(reached) => at_asker != Some(reached) || is_news(&change, fact, known),
+                    None => false,
+                };
+                if is_told || is_own {
+                    out.push(change);
+                }
+            }
+        }
+        if self.keeps_replicas {
+            for fact in within(facts, fleet.board(asker).fact_count) {
+                let FactState { value, version } = self.replicas.state(asker, fact);
+                if version.count > 0 {
+                    out.push(Change { fact, value, version, altered: false });
+                }
+            }
+        }
+    }
+
+    /// Takes over what a peer told as state; returns how much of it was news.
+    pub(super) fn learn(&mut self, changes: &[Change], fleet: &FleetView<'_>) -> u64 {
+        let board = fleet.board(self.craft);
+        let mut learnt = 0;
+        for change in changes {
+            let &Change { fact, value, version, .. } = change;
+            let writer = version.writer;
+            let own = if writer == self.craft {
+                Some(fact)
+            } else {
+                fleet.board(writer).target_on(fact, self.craft)
+            };
+            if let Some(own) = own
+                && self.board.merge(board, own, value, version).accepted
+            {
+                learnt += 1;
+                if writer == self.craft {
+                    self.authors.wrote(change);
+                } else {
+                    self.authors.learnt(own, fact);
+                }
+            }
+            if self.keeps_replicas && writer != self.craft {
+                self.replicas.tell(writer, fact, FactState { value, version });
+            }
+        }
+        learnt
     }
 }

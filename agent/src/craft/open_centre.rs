@@ -4,13 +4,14 @@
 //! arrives; for each of those boards' clients it waits for their next request and rides on the reply.
 //! Not here: the client's side (`open_client`), and the centre of lockstep.
 
-use super::open_client::{ALL_IS_SAID, MORE_IS_NEW, WRITES_NO_MORE};
+use super::open_client::{ALL_IS_SAID, MORE_IS_NEW, WRITES_NO_MORE, news, versions};
 use super::outbox::{Counting, Outbox, header};
+use super::recovery::Authors;
 use super::schedule::Schedule;
-use crate::blackboard::Blackboard;
+use crate::blackboard::{Blackboard, Merged};
 use crate::metrics::Measured;
-use shared_types::ids::{CraftId, Turn};
-use shared_types::knowledge::{Change, FleetView};
+use shared_types::ids::{CraftId, FactId, Turn};
+use shared_types::knowledge::{BoardView, Change, FleetView};
 use shared_types::limits::INBOX_PAYLOAD_BYTES;
 use shared_types::time::Nanos;
 use shared_types::transport::Destination;
@@ -18,11 +19,13 @@ use shared_types::wire::{
     Class, EpochSpec, Header, INTENDED_BYTES, Kind, OpenSpec, Refusal, Stage,
 };
 use std::collections::VecDeque;
+use std::ops::Range;
 
 /// What the centre keeps for one client.
 #[derive(Debug, Default)]
 struct Seat {
     board: Blackboard,
+    authors: Authors,
     /// Changes of its links since its last reply, in ids of the boards that wrote them, with when they
     /// were meant to be made.
     news: VecDeque<(Change, u64)>,
@@ -36,6 +39,8 @@ pub(super) struct OpenCentre {
     records_max: usize,
     schedule: Schedule,
     seats: Vec<Seat>,
+    /// Whether it knows what its clients know: a first life has nothing to learn.
+    pub(super) is_caught_up: bool,
     /// When the changes were meant to be made that were applied since the last stamp.
     applied: Vec<Nanos>,
 }
@@ -49,10 +54,12 @@ impl OpenCentre {
         self.seats.resize_with(fleet.boards.len(), Seat::default);
         for (seat, board) in self.seats.iter_mut().zip(&fleet.boards) {
             seat.board.reset(board);
+            seat.authors.reset(board.fact_count, spec.recovery.is_some());
             seat.news.clear();
             seat.writes_no_more = false;
         }
         self.applied.clear();
+        self.is_caught_up = true;
     }
 
     pub(super) const fn schedule(&self) -> &Schedule {
@@ -93,12 +100,10 @@ impl OpenCentre {
         }
         measured.woken(header.source, header.hop_count, received.since(Nanos(header.published_ns)));
         for (&change, &intended_ns) in changes.iter().zip(intended) {
-            let home = &mut self.seats[asker.index()].board;
-            home.merge(fleet.board(asker), change.fact, change.value, change.version);
+            self.seats[asker.index()].take(fleet.board(asker), change.fact, &change);
             for target in fleet.board(asker).targets(change.fact) {
                 let seat = &mut self.seats[target.craft.index()];
-                let board = fleet.board(target.craft);
-                let merged = seat.board.merge(board, target.fact, change.value, change.version);
+                let merged = seat.take(fleet.board(target.craft), target.fact, &change);
                 counting.counters.conflicts += u64::from(merged.conflict);
                 measured.applied(asker, 1);
                 seat.news.push_back((change, intended_ns));
@@ -129,7 +134,7 @@ impl OpenCentre {
         counting: &mut Counting,
         out: &mut Outbox,
     ) {
-        let is_silent = self.seats.iter().all(|seat| seat.writes_no_more);
+        let is_silent = self.is_caught_up && self.seats.iter().all(|seat| seat.writes_no_more);
         let centre = CraftId::from_index(self.seats.len());
         let news = &mut self.seats[asker.index()].news;
         let fitting = news.len().min(self.records_max);
@@ -142,5 +147,74 @@ impl OpenCentre {
         };
         let range = out.put_timed(news.drain(..fitting));
         out.send(Destination::Craft(asker), header, range, counting);
+    }
+
+    /// The centre recovers; in a later life it has everything to learn.
+    pub(super) fn begin_recovery(&mut self, is_reborn: bool, _: &FleetView<'_>) {
+        self.is_caught_up = !is_reborn;
+    }
+
+    /// A client that is gone writes no more; one that is back may.
+    pub(super) fn member_changed(&mut self, craft: CraftId, is_gone: bool) {
+        if let Some(seat) = self.seats.get_mut(craft.index()) {
+            seat.writes_no_more = is_gone;
+            if is_gone {
+                seat.news.clear();
+            }
+        }
+    }
+
+    /// The versions on the board of `client` of `facts`.
+    pub(super) fn digest(&self, client: CraftId, facts: Range<u32>, out: &mut Vec<Change>) {
+        out.extend(versions(&self.seats[client.index()].board, facts));
+    }
+
+    /// What a client that knows `known` lacks of `facts`.
+    pub(super) fn tell(
+        &self,
+        client: CraftId,
+        facts: Range<u32>,
+        known: &[Change],
+        out: &mut Vec<Change>,
+    ) {
+        if let Some(seat) = self.seats.get(client.index()) {
+            out.extend(news(&seat.board, &seat.authors, facts, known));
+        }
+    }
+
+    /// Takes over what `client` told of its mirror; what is news to others waits for their next
+    /// request. Returns how much of it was news to the client's own board.
+    pub(super) fn learn(
+        &mut self,
+        client: CraftId,
+        changes: &[Change],
+        fleet: &FleetView<'_>,
+    ) -> u64 {
+        let mut learnt = 0;
+        for change in changes {
+            let writer = change.version.writer;
+            let home = &mut self.seats[writer.index()];
+            let merged = home.take(fleet.board(writer), change.fact, change);
+            learnt += u64::from(merged.accepted);
+            for target in fleet.board(writer).targets(change.fact) {
+                let seat = &mut self.seats[target.craft.index()];
+                let merged = seat.take(fleet.board(target.craft), target.fact, change);
+                if merged.accepted && target.craft != client {
+                    seat.news.push_back((*change, 0));
+                }
+            }
+        }
+        learnt
+    }
+}
+
+impl Seat {
+    /// Merges a change that is called `own` here.
+    fn take(&mut self, board: &BoardView<'_>, own: FactId, change: &Change) -> Merged {
+        let merged = self.board.merge(board, own, change.value, change.version);
+        if merged.accepted {
+            self.authors.learnt(own, change.fact);
+        }
+        merged
     }
 }

@@ -10,11 +10,13 @@
 
 use super::open::Applied;
 use super::outbox::{Counting, Outbox, header};
+use super::recovering::{is_news, within};
+use super::recovery::Authors;
 use super::schedule::{Schedule, Seen};
 use crate::blackboard::Blackboard;
 use crate::metrics::{Measured, Way};
 use shared_types::ids::{CraftId, Turn};
-use shared_types::knowledge::{Change, FleetView, Literal};
+use shared_types::knowledge::{Change, FactState, FleetView, Literal};
 use shared_types::limits::INBOX_PAYLOAD_BYTES;
 use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
@@ -23,6 +25,7 @@ use shared_types::wire::{
     Class, EpochSpec, Header, INTENDED_BYTES, Kind, OpenSpec, Refusal, Stage, StrategyKind,
 };
 use std::collections::VecDeque;
+use std::ops::Range;
 
 /// Flag of a request: its sender will write no more.
 pub(super) const WRITES_NO_MORE: u32 = 1;
@@ -52,6 +55,9 @@ pub(super) struct OpenClient {
     records_max: usize,
     asks_every_ns: u64,
     mirror: Blackboard,
+    authors: Authors,
+    /// Whether an answer may come to a question that was given up.
+    recovers: bool,
     schedule: Schedule,
     seen: Seen,
     unsent: VecDeque<Unsent>,
@@ -82,6 +88,8 @@ impl OpenClient {
         };
         self.asks_every_ns = open.asks_every_ns.max(1);
         self.mirror.reset(fleet.board(craft));
+        self.recovers = spec.recovery.is_some();
+        self.authors.reset(fleet.board(craft).fact_count, self.recovers);
         self.schedule = Schedule::of(open);
         self.seen.reset(fleet.board(craft).fact_count);
         self.unsent.clear();
@@ -143,6 +151,7 @@ impl OpenClient {
             self.seen.note(fact, at_ns);
             let literal = if holds { Literal::holds(fact) } else { Literal::is_absent(fact) };
             let change = self.mirror.write(board, self.craft, literal);
+            self.authors.wrote(&change);
             let is_sent = change.altered || !self.sends_altered_only;
             counting.fired(board, if is_sent { std::slice::from_ref(&change) } else { &[] });
             if is_sent {
@@ -163,7 +172,8 @@ impl OpenClient {
         (counting, measured): (&mut Counting, &mut Measured),
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
-        if !self.awaits_reply {
+        let is_awaited = std::mem::take(&mut self.awaits_reply);
+        if !is_awaited && !self.recovers {
             return Err(Refusal::Kind);
         }
         let board = fleet.board(self.craft);
@@ -173,13 +183,19 @@ impl OpenClient {
             let origin = change.version.writer;
             let own = fleet.board(origin).target_on(change.fact, self.craft);
             let own = own.ok_or(Refusal::Record)?;
-            self.mirror.merge(board, own, change.value, change.version);
+            if self.mirror.merge(board, own, change.value, change.version).accepted {
+                self.authors.learnt(own, change.fact);
+            }
             let intended = Nanos(intended_ns);
             self.seen.note(own, intended.since(self.schedule.started()));
             measured.applied(origin, 1);
             self.applied.push(Applied { intended, way, changes: 1 });
         }
-        self.awaits_reply = false;
+        if !is_awaited {
+            // The conversation has gone on without this answer; what it tells is true all the same.
+            counting.counters.recovered.stale += 1;
+            return Ok(());
+        }
         self.is_finished = header.argument & ALL_IS_SAID != 0;
         let has_more = header.argument & MORE_IS_NEW != 0;
         self.asks_at = if has_more { received } else { received.plus(self.asks_every_ns) };
@@ -227,4 +243,77 @@ impl OpenClient {
         }
         true
     }
+
+    /// The client recovers; its writes have at least the count `floor`.
+    pub(super) fn begin_recovery(&mut self, floor: u32, _: &FleetView<'_>) {
+        self.mirror.set_count_floor(floor);
+    }
+
+    /// Comes at `now` to an interval already begun.
+    pub(super) fn join(&mut self, now: Nanos, trace: &[TraceRecord]) {
+        self.schedule.skip_until(now, trace);
+        self.asks_at = self.asks_at.max(now);
+    }
+
+    /// No answer will come to what was asked: asks anew from `now` on.
+    pub(super) fn begin_again(&mut self, now: Nanos) {
+        self.awaits_reply = false;
+        self.is_finished = false;
+        self.asks_at = now;
+    }
+
+    /// The versions in the mirror of `facts`.
+    pub(super) fn digest(&self, facts: Range<u32>, out: &mut Vec<Change>) {
+        out.extend(versions(&self.mirror, facts));
+    }
+
+    /// What a centre that knows `known` lacks of `facts`.
+    pub(super) fn tell(&self, facts: Range<u32>, known: &[Change], out: &mut Vec<Change>) {
+        out.extend(news(&self.mirror, &self.authors, facts, known));
+    }
+
+    /// Takes over what the centre told as state; returns how much of it was news.
+    pub(super) fn learn(&mut self, changes: &[Change], fleet: &FleetView<'_>) -> u64 {
+        let board = fleet.board(self.craft);
+        let mut learnt = 0;
+        for change in changes {
+            let &Change { fact, value, version, .. } = change;
+            let own = if version.writer == self.craft {
+                Some(fact)
+            } else {
+                fleet.board(version.writer).target_on(fact, self.craft)
+            };
+            if let Some(own) = own
+                && self.mirror.merge(board, own, value, version).accepted
+            {
+                self.authors.learnt(own, fact);
+                learnt += 1;
+            }
+        }
+        learnt
+    }
+}
+
+/// The versions that `board` holds of `facts`.
+pub(super) fn versions(
+    board: &Blackboard,
+    facts: Range<u32>,
+) -> impl Iterator<Item = Change> + use<'_> {
+    within(facts, board.fact_count()).filter_map(|fact| {
+        let FactState { value, version } = board.state(fact);
+        (version.count > 0).then_some(Change { fact, value, version, altered: false })
+    })
+}
+
+/// What `board` holds of `facts` that is newer than `known`, in the writers' ids.
+pub(super) fn news(
+    board: &Blackboard,
+    authors: &Authors,
+    facts: Range<u32>,
+    known: &[Change],
+) -> impl Iterator<Item = Change> {
+    within(facts, board.fact_count()).flat_map(move |fact| {
+        let changes = authors.changes(board, fact);
+        changes.filter(move |change| is_news(change, fact, known))
+    })
 }

@@ -124,7 +124,13 @@ impl Outbox {
         self.put_sample(to, header, changes);
     }
 
-    fn put_sample(&mut self, to: Destination, mut header: Header, changes: Range<usize>) {
+    /// Plans one sample without counting a request.
+    pub(crate) fn put_sample(
+        &mut self,
+        to: Destination,
+        mut header: Header,
+        changes: Range<usize>,
+    ) {
         header.record_count =
             u16::try_from(changes.len()).expect("invariant: a sample holds few changes");
         self.samples.push(Outgoing { to, header, changes });
@@ -175,7 +181,8 @@ impl Counting {
         payload_bytes: usize,
     ) -> Result<(), Refusal> {
         let from = self.counters.deliveries_from.get_mut(header.source as usize);
-        *from.ok_or(Refusal::Record)? += 1;
+        let is_first = matches!(class, Class::Replication | Class::Reply);
+        *from.ok_or(Refusal::Record)? += u64::from(is_first);
         let traffic = &mut self.counters.traffic[class as usize];
         traffic.deliveries += 1;
         traffic.bytes_received += (HEADER_BYTES + payload_bytes) as u64;

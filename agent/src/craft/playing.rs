@@ -4,6 +4,7 @@ use super::open::Open;
 use super::open_centre::OpenCentre;
 use super::open_client::OpenClient;
 use super::outbox::{Counting, Outbox};
+use super::recovery::Recovery;
 use super::schedule::Schedule;
 use super::{Craft, Role};
 use crate::blackboard::Blackboard;
@@ -68,11 +69,13 @@ impl Craft {
     /// the centre.
     #[must_use]
     pub fn next_due(&self, trace: &[TraceRecord]) -> Option<Nanos> {
-        match &self.role {
+        let own = match &self.role {
+            _ if !self.is_caught_up() => None,
             Role::Open(craft) => craft.schedule().next_due(trace),
             Role::OpenClient(client) => client.next_due(trace),
             _ => None,
-        }
+        };
+        [own, self.next_recovery()].into_iter().flatten().min()
     }
 
     /// Makes what this craft's `trace` has for the next due time, if that has come by `now`, or asks
@@ -84,12 +87,17 @@ impl Craft {
         fleet: &FleetView<'_>,
         out: &mut Outbox,
     ) -> bool {
+        let has_asked = self.tend(now, fleet, out);
+        if !self.is_caught_up() {
+            return has_asked;
+        }
         let books = (&mut self.counting, &mut self.measured);
-        match &mut self.role {
+        let has_played = match &mut self.role {
             Role::Open(craft) => craft.play(now, trace, fleet, books, out),
             Role::OpenClient(client) => client.play(now, trace, fleet, books, out),
             _ => false,
-        }
+        };
+        has_asked || has_played
     }
 
     /// What is received from now on arrived at `now`.
@@ -148,6 +156,14 @@ impl Craft {
             Role::OpenCentre(centre) => centre.left(),
             _ => 0,
         };
+        if let Some(recovery) = &self.recovery {
+            // Numbers of processes that are gone cannot balance: the fleet is quiet once nobody has
+            // anything left and nobody has sent anything since that was asked before.
+            let repair = &self.counting.counters.traffic[Class::Repair as usize];
+            let sent = replication.transmissions + reply.transmissions + repair.transmissions;
+            let left = (left + waiting + recovery.left()) as u64;
+            return TallyReport { sent, received: sent, left };
+        }
         TallyReport {
             sent: (replication.transmissions + reply.transmissions) * self.copies,
             received: replication.deliveries + reply.deliveries,
@@ -166,13 +182,15 @@ impl Craft {
         });
         Some(OpenReport {
             records_played: self.schedule()?.played() as u64,
+            records_missed: self.schedule()?.missed() as u64,
             held: held.collect(),
             ..self.measured.report()
         })
     }
 
-    pub(super) const fn counting_and_measured(&mut self) -> (&mut Counting, &mut Measured) {
-        (&mut self.counting, &mut self.measured)
+    /// The parts of the process that sending concerns.
+    pub(super) fn books(&mut self) -> (&mut Counting, &mut Measured, Option<&mut Recovery>) {
+        (&mut self.counting, &mut self.measured, self.recovery.as_deref_mut())
     }
 
     fn schedule(&self) -> Option<&Schedule> {

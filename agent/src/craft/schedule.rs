@@ -20,6 +20,8 @@ pub(super) struct Schedule {
     played: usize,
     /// Records that are due before the end.
     playable: usize,
+    /// Records that were skipped.
+    missed: usize,
 }
 
 impl Schedule {
@@ -31,7 +33,7 @@ impl Schedule {
     /// The interval begins at `started` and `trace` is to be played in it. Returns its end.
     pub(super) fn start(&mut self, started: Nanos, trace: &[TraceRecord]) -> Nanos {
         self.started = Some(started);
-        self.played = 0;
+        (self.played, self.missed) = (0, 0);
         self.playable = trace.partition_point(|record| record.at_ns < self.duration_ns);
         self.ends()
     }
@@ -46,9 +48,22 @@ impl Schedule {
         self.started().plus(self.duration_ns)
     }
 
-    /// Records that were played, always a prefix of the trace.
+    /// Records that were played or skipped, always a prefix of the trace.
     pub(super) const fn played(&self) -> usize {
         self.played
+    }
+
+    /// Records among them that were skipped.
+    pub(super) const fn missed(&self) -> usize {
+        self.missed
+    }
+
+    /// Skips what was due before `now`: nobody was there to make it.
+    pub(super) fn skip_until(&mut self, now: Nanos, trace: &[TraceRecord]) {
+        let passed_ns = now.since(self.started());
+        let due = trace[..self.playable].partition_point(|record| record.at_ns < passed_ns);
+        self.missed += due.saturating_sub(self.played);
+        self.played = self.played.max(due);
     }
 
     /// Records that will still be played, as it looks at `now`.

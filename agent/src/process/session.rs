@@ -238,7 +238,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         let Self { endpoint, surroundings, craft, out, orders, epoch, cpu_start_ns, .. } = self;
         let arrived = endpoint.drain(&mut |_, header, payload| {
             match (header.class(), header.kind()) {
-                (Some(class @ (Class::Replication | Class::Reply)), Some(kind)) => {
+                (Some(class), Some(kind)) if class.is_between_crafts() => {
                     // A refusal is counted by the craft and changes nothing.
                     let _refusal = craft.receive(class, kind, header, payload, fleet, out);
                 }
@@ -269,7 +269,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
     fn publish(&mut self) -> Result<(), SessionError> {
         if !self.out.samples.is_empty() {
             let now = self.surroundings.now();
-            dispatch(&mut self.endpoint, now, &mut self.out, self.craft.counting_mut())?;
+            dispatch(&mut self.endpoint, now, &mut self.out, &mut self.craft)?;
         }
         for index in 0..self.out.reports.len() {
             let report = self.out.reports[index];

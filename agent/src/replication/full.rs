@@ -1,7 +1,8 @@
 //! `full`: every firing's changes go to everybody by one multicast.
 
 use super::{Context, Plans, Recipient, Strategy};
-use shared_types::knowledge::Change;
+use shared_types::ids::FactId;
+use shared_types::knowledge::{BoardView, Change};
 use shared_types::transport::Peers;
 
 /// One multicast a firing.
@@ -14,6 +15,10 @@ impl Strategy for Full {
         if !plans.requests.is_empty() {
             plans.owed = context.fleet.craft_count() - 1;
         }
+    }
+
+    fn replicates(&self, _: &BoardView<'_>, _: FactId) -> bool {
+        true
     }
 
     fn peers(&self, _: &Context<'_>) -> Peers {

@@ -3,12 +3,15 @@
 
 use super::{Context, Plans, Strategy};
 use shared_types::ids::CraftId;
-use shared_types::knowledge::Change;
+use shared_types::knowledge::{Change, Topology};
 use shared_types::transport::Peers;
 
 /// Hop by hop along the tree.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Hierarchy;
+#[derive(Clone, Debug, Default)]
+pub struct Hierarchy {
+    /// The tree without those that are gone, while somebody is.
+    detour: Option<Topology>,
+}
 
 impl Strategy for Hierarchy {
     fn plan(&mut self, context: &Context<'_>, changes: &[Change], plans: &mut Plans) {
@@ -25,10 +28,19 @@ impl Strategy for Hierarchy {
         changes: &[Change],
         plans: &mut Plans,
     ) {
+        let topology = self.detour.as_ref().map_or(context.fleet.topology, Topology::view);
         plans.send_towards_sharers(context, origin, changes, |sharer| {
-            let hop = context.fleet.topology.next_hop(context.craft, sharer);
+            let hop = topology.next_hop(context.craft, sharer);
             (hop != source).then_some(hop)
         });
+    }
+
+    fn reroute(&mut self, topology: Option<Topology>) {
+        self.detour = topology;
+    }
+
+    fn relays(&self) -> bool {
+        true
     }
 
     fn peers(&self, context: &Context<'_>) -> Peers {

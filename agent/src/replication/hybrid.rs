@@ -6,17 +6,26 @@
 use super::hierarchy::neighbours;
 use super::{Context, Plans, Strategy};
 use shared_types::ids::CraftId;
-use shared_types::knowledge::Change;
+use shared_types::knowledge::{Change, Topology, TopologyView};
 use shared_types::transport::Peers;
 use std::collections::BTreeSet;
 
 /// Direct inside groups, over leaders between them.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Hybrid;
+#[derive(Clone, Debug, Default)]
+pub struct Hybrid {
+    /// Tree and groups without those that are gone, while somebody is.
+    detour: Option<Topology>,
+}
+
+impl Hybrid {
+    fn topology<'a>(&'a self, context: &Context<'a>) -> TopologyView<'a> {
+        self.detour.as_ref().map_or(context.fleet.topology, Topology::view)
+    }
+}
 
 impl Strategy for Hybrid {
     fn plan(&mut self, context: &Context<'_>, changes: &[Change], plans: &mut Plans) {
-        let topology = context.fleet.topology;
+        let topology = self.topology(context);
         plans.send_towards_sharers(context, context.craft, changes, |sharer| {
             Some(if topology.are_grouped(context.craft, sharer) {
                 sharer
@@ -35,7 +44,7 @@ impl Strategy for Hybrid {
         changes: &[Change],
         plans: &mut Plans,
     ) {
-        let topology = context.fleet.topology;
+        let topology = self.topology(context);
         if topology.next_hop_over_leaders(context.craft, origin) != source {
             // Told directly by a member of the own group, whose leader passes it on.
             return;
@@ -47,6 +56,14 @@ impl Strategy for Hybrid {
             let hop = topology.next_hop_over_leaders(context.craft, sharer);
             (hop != source).then_some(hop)
         });
+    }
+
+    fn reroute(&mut self, topology: Option<Topology>) {
+        self.detour = topology;
+    }
+
+    fn relays(&self) -> bool {
+        true
     }
 
     fn peers(&self, context: &Context<'_>) -> Peers {

@@ -1,7 +1,8 @@
 //! `limited`: changes of boundary facts go to every other craft by unicasts, starting after oneself.
 
 use super::{Context, Plans, Recipient, Strategy};
-use shared_types::knowledge::Change;
+use shared_types::ids::FactId;
+use shared_types::knowledge::{BoardView, Change};
 use shared_types::transport::Peers;
 
 /// A unicast to each other craft.
@@ -16,6 +17,10 @@ impl Strategy for Limited {
         if !plans.requests.is_empty() {
             plans.owed = context.fleet.craft_count() - 1;
         }
+    }
+
+    fn replicates(&self, board: &BoardView<'_>, fact: FactId) -> bool {
+        board.is_boundary(fact)
     }
 
     fn peers(&self, context: &Context<'_>) -> Peers {

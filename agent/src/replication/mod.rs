@@ -14,8 +14,8 @@ pub mod hybrid;
 pub mod limited;
 pub mod null;
 
-use shared_types::ids::CraftId;
-use shared_types::knowledge::{Change, FleetView};
+use shared_types::ids::{CraftId, FactId};
+use shared_types::knowledge::{BoardView, Change, FleetView, Topology};
 use shared_types::transport::Peers;
 use shared_types::wire::StrategyKind;
 use std::ops::Range;
@@ -172,6 +172,23 @@ pub trait Strategy: std::fmt::Debug + Send {
         true
     }
 
+    /// Plans over `topology` from now on, or over the scenario's own again. Strategies that do not
+    /// relay have no use for it.
+    fn reroute(&mut self, topology: Option<Topology>) {
+        let _ = topology;
+    }
+
+    /// Whether others keep a replica of `fact` of this craft's `board`.
+    fn replicates(&self, board: &BoardView<'_>, fact: FactId) -> bool {
+        let _ = (board, fact);
+        false
+    }
+
+    /// Whether copies are passed on by others, so that a craft that is gone may be in the way.
+    fn relays(&self) -> bool {
+        false
+    }
+
     /// Which ports the strategy needs on this craft.
     fn peers(&self, context: &Context<'_>) -> Peers;
 }
@@ -187,7 +204,7 @@ pub fn strategy(kind: StrategyKind) -> Box<dyn Strategy> {
         StrategyKind::Full => Box::new(full::Full),
         StrategyKind::Boundary => Box::new(boundary::Boundary),
         StrategyKind::Limited => Box::new(limited::Limited),
-        StrategyKind::Hierarchy => Box::new(hierarchy::Hierarchy),
-        StrategyKind::Hybrid => Box::new(hybrid::Hybrid),
+        StrategyKind::Hierarchy => Box::<hierarchy::Hierarchy>::default(),
+        StrategyKind::Hybrid => Box::<hybrid::Hybrid>::default(),
     }
 }

@@ -225,7 +225,7 @@ impl Simulation {
     fn publish(&mut self, index: usize, referee: &mut Referee) -> Result<usize, SimulationError> {
         let craft = &mut self.crafts[index];
         let now = self.network.now();
-        dispatch(&mut self.endpoints[index], now, &mut self.out, craft.counting_mut())?;
+        dispatch(&mut self.endpoints[index], now, &mut self.out, craft)?;
         for report in self.out.reports.drain(..) {
             referee.record(CraftId::from_index(index), &report)?;
         }

@@ -122,7 +122,7 @@ impl<'a, E: Endpoint> Side<'a, E> {
     ) -> Result<(), ExchangeError> {
         let opening = TurnCommand { closed: TurnCommand::NO_TURN, opened: turn, ..quiet() };
         self.craft.command(made, &opening, self.fleet, &mut self.out);
-        dispatch(&mut self.endpoint, now(), &mut self.out, self.craft.counting_mut())?;
+        dispatch(&mut self.endpoint, now(), &mut self.out, &mut self.craft)?;
         // The ledger's lines are the orchestrator's; there is none.
         self.out.reports.clear();
         Ok(())
@@ -222,6 +222,7 @@ fn epoch() -> EpochSpec {
         sends_altered_only: true,
         record_bytes: u32::try_from(RECORD_BYTES).expect("invariant: a record is short"),
         turns_max: u32::MAX,
+        recovery: None,
         open: None,
     }
 }

@@ -127,6 +127,7 @@ impl ResolvedScenario {
             sends_altered_only: replication.send == SendPolicy::Altered,
             record_bytes: replication.record_bytes,
             turns_max: run.turns,
+            recovery: None,
             open: None,
         }
     }

@@ -151,13 +151,7 @@ impl FleetNetwork {
     pub fn view(&self) -> FleetView<'_> {
         FleetView {
             boards: self.boards.iter().map(BoardNetwork::view).collect(),
-            topology: TopologyView {
-                parent: &self.topology.parent,
-                depth: &self.topology.depth,
-                group: &self.topology.group,
-                leader_parent: &self.topology.leader_parent,
-                leader_depth: &self.topology.leader_depth,
-            },
+            topology: self.topology.view(),
             script: self.script.iter().map(Vec::as_slice).collect(),
             trace: self.trace.iter().map(|words| from_words(words)).collect(),
         }

@@ -8,6 +8,7 @@
 
 mod board;
 mod csr;
+mod detour;
 mod fact;
 mod fleet;
 pub mod grid;

@@ -5,8 +5,8 @@
 //! an address that comes through an inbox is the repair of a multicast (of the orchestrator: of a
 //! turn message) and belongs to that service's sequence.
 
-use super::Destination;
 use super::sequence::{Arrival, Sequences};
+use super::{Destination, Numbered};
 use crate::ids::CraftId;
 use crate::wire::{Header, Losses, Refusal};
 
@@ -72,6 +72,14 @@ impl Intake {
         }
     }
 
+    /// What is known of the numbers of one service.
+    pub(super) fn numbers(&mut self, service: Numbered) -> &mut Sequences {
+        match service {
+            Numbered::Unicast => &mut self.inbox,
+            Numbered::Multicast => &mut self.broadcast,
+        }
+    }
+
     /// Losses on the receiving side since the last call. A world that was never taken is none: the
     /// next one stands in its place.
     pub(super) fn take_losses(&mut self) -> Losses {
@@ -87,12 +95,25 @@ impl Intake {
         header: &Header,
         payload: &[u8],
     ) -> Result<Option<Destination>, Refusal> {
-        header.verify(payload, self.run)?;
+        let (_, kind) = header.verify(payload, self.run)?;
         let is_from_orchestrator = header.source == CraftId::ORCHESTRATOR.0;
         if header.source >= self.craft_count && !is_from_orchestrator {
             return Err(Refusal::Record);
         }
         let is_unaddressed = header.destination == CraftId::NONE.0;
+        if !kind.is_numbered() {
+            if through != Through::Inbox || header.destination != self.own.0 || is_from_orchestrator
+            {
+                return Err(Refusal::Record);
+            }
+            // Who speaks unnumbered first speaks in its present life all the same.
+            self.broadcast.meet(header.source, header.incarnation);
+            return if self.inbox.meet(header.source, header.incarnation) {
+                Ok(Some(Destination::Craft(self.own)))
+            } else {
+                Err(Refusal::Incarnation)
+            };
+        }
         let (destination, table) = match through {
             Through::Inbox if header.destination == self.own.0 => {
                 let destination = match self.own {

@@ -14,6 +14,8 @@ pub enum Verdict {
     /// It arrives this many nanoseconds later, and so does everything behind it on the same way: a
     /// link is a queue.
     Delay(u64),
+    /// It arrives this many nanoseconds later, and what is sent after it may arrive before it.
+    Overtaken(u64),
     /// It is lost.
     Drop,
     /// It arrives twice.

@@ -31,6 +31,7 @@ pub use paths::RunPaths;
 
 use crate::ids::CraftId;
 use crate::wire::{Header, Losses};
+use sequence::Sequences;
 
 /// Where a sample goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,6 +46,20 @@ pub enum Destination {
     Turn,
     /// Every craft, from the orchestrator: the networks of an epoch.
     World,
+}
+
+/// Services whose samples are numbered per source and may be asked for again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Numbered {
+    /// Through the receiver's own inbox, addressed to it.
+    Unicast,
+    /// To everybody.
+    Multicast,
+}
+
+impl Numbered {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Unicast, Self::Multicast];
 }
 
 /// Why a send failed for good.
@@ -198,6 +213,28 @@ pub trait Endpoint {
         &mut self,
         visit: &mut dyn FnMut(Destination, &Header, &[u8]),
     ) -> Result<usize, SendError>;
+
+    /// The number that the next sample to `to` gets.
+    fn next_number(&self, to: Destination) -> u64;
+
+    /// Sends a sample to the inbox of `receiver` with destination and number as its header says: one
+    /// that was sent before, or one of a kind that is not numbered. Else as [`Self::send`].
+    ///
+    /// # Errors
+    /// If the sample is lost for good.
+    fn send_past_numbering(
+        &mut self,
+        receiver: CraftId,
+        header: Header,
+        length: usize,
+        write: &mut dyn FnMut(&mut [u8]),
+    ) -> Result<(), SendError>;
+
+    /// What was received of the numbered samples of `service`, by source.
+    fn numbers(&mut self, service: Numbered) -> &mut Sequences;
+
+    /// Discards what waits for `craft`, which is gone; returns how many samples that were.
+    fn discard(&mut self, craft: CraftId) -> usize;
 
     /// Wakes the sleepers among those that this endpoint sent to since the last call.
     fn ring(&mut self);

@@ -71,6 +71,15 @@ impl Outbox {
         Ok(())
     }
 
+    /// Forgets what waits for `to`; returns how many samples that were.
+    pub(super) fn discard(&mut self, to: Destination) -> usize {
+        let Some(queue) = self.queues.iter_mut().find(|queue| queue.to == to) else { return 0 };
+        let discarded = queue.parcels.len();
+        self.spare.extend(queue.parcels.drain(..).map(|parcel| parcel.payload));
+        self.waiting -= discarded;
+        discarded
+    }
+
     /// Offers what waits to `offer`, oldest first per receiver, until it refuses (`Ok(false)`).
     /// Returns how many samples still wait.
     ///

@@ -5,9 +5,12 @@
 //! of it opens a hole; a later arrival fills the hole, as the repair of a multicast does that overtook
 //! or followed the multicasts around it; a number that is in no hole is a repeat. What is still
 //! missing when the losses are taken is a gap. One table serves one service. Not here: which service
-//! a sample belongs to (`intake`), and asking again for what is missing.
+//! a sample belongs to (`intake`), and asking again for what is missing (agent, `craft::recovery`),
+//! which looks at the holes, opens one behind the last arrival where a source says that it sent more,
+//! and closes those whose contents a state has replaced.
 
 use crate::limits::HOLES_MAX;
+use std::ops::Range;
 
 /// What a number says about its sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,13 +58,7 @@ impl Sequences {
     /// Takes note of sample `sequence` of `source` in its life `incarnation`.
     #[inline]
     pub fn arrive(&mut self, source: u32, incarnation: u32, sequence: u64) -> Arrival {
-        let index = match self.sources.binary_search_by_key(&source, |known| known.id) {
-            Ok(index) => index,
-            Err(index) => {
-                self.sources.insert(index, Source { id: source, incarnation, next: 0 });
-                index
-            }
-        };
+        let index = self.source(source, incarnation);
         let known = &mut self.sources[index];
         if incarnation < known.incarnation {
             return Arrival::OldIncarnation;
@@ -80,6 +77,100 @@ impl Sequences {
             hole.is_counted = true;
         }
         std::mem::take(&mut self.gaps)
+    }
+
+    /// Whether anything is missing.
+    #[inline]
+    #[must_use]
+    pub const fn has_missing(&self) -> bool {
+        !self.holes.is_empty()
+    }
+
+    /// Who owes something, once per range of numbers.
+    pub fn debtors(&self) -> impl Iterator<Item = u32> + use<'_> {
+        self.holes.iter().map(|hole| hole.source)
+    }
+
+    /// The ranges that are missing of `source`.
+    pub fn missing(&self, source: u32) -> impl Iterator<Item = Range<u64>> + use<'_> {
+        let of_source = self.holes.iter().filter(move |hole| hole.source == source);
+        of_source.map(|hole| hole.first..hole.end)
+    }
+
+    /// The number that is expected next of `source`.
+    #[must_use]
+    pub fn next(&self, source: u32) -> u64 {
+        let index = self.sources.binary_search_by_key(&source, |known| known.id);
+        index.map_or(0, |index| self.sources[index].next)
+    }
+
+    /// Takes note that `source` lives its life `incarnation`; `false` if that is over.
+    pub fn meet(&mut self, source: u32, incarnation: u32) -> bool {
+        let index = self.source(source, incarnation);
+        let known = &mut self.sources[index];
+        if incarnation > known.incarnation {
+            *known = Source { id: source, incarnation, next: 0 };
+            self.forget_holes(source);
+        }
+        incarnation >= self.sources[index].incarnation
+    }
+
+    /// `source` says that it has sent everything below `end`: what has not arrived is missing.
+    pub fn announce(&mut self, source: u32, incarnation: u32, end: u64) {
+        if !self.meet(source, incarnation) {
+            return;
+        }
+        let index = self.source(source, incarnation);
+        let first = self.sources[index].next;
+        if first < end {
+            self.sources[index].next = end;
+            self.open(Hole { source, first, end, is_counted: false });
+        }
+    }
+
+    /// Everything that `source` sent below `end` is known otherwise: nothing of it is missing. Returns
+    /// how many numbers were.
+    pub fn cover(&mut self, source: u32, incarnation: u32, end: u64) -> u64 {
+        if !self.meet(source, incarnation) {
+            return 0;
+        }
+        let index = self.source(source, incarnation);
+        self.sources[index].next = self.sources[index].next.max(end);
+        self.close_below(source, end)
+    }
+
+    /// What is missing of `source` below `end` will not come: a gap. Returns how many numbers.
+    pub fn give_up(&mut self, source: u32, end: u64) -> u64 {
+        let holes = self.holes.iter().filter(|hole| hole.source == source && hole.first < end);
+        let uncounted: u64 =
+            holes.filter(|hole| !hole.is_counted).map(|hole| hole.end.min(end) - hole.first).sum();
+        self.gaps = self.gaps.saturating_add(uncounted);
+        self.close_below(source, end)
+    }
+
+    fn close_below(&mut self, source: u32, end: u64) -> u64 {
+        let mut closed = 0;
+        self.holes.retain_mut(|hole| {
+            if hole.source != source || hole.first >= end {
+                return true;
+            }
+            let until = hole.end.min(end);
+            closed += until - hole.first;
+            hole.first = until;
+            hole.first < hole.end
+        });
+        closed
+    }
+
+    /// Where `source` stands in the table.
+    fn source(&mut self, source: u32, incarnation: u32) -> usize {
+        match self.sources.binary_search_by_key(&source, |known| known.id) {
+            Ok(index) => index,
+            Err(index) => {
+                self.sources.insert(index, Source { id: source, incarnation, next: 0 });
+                index
+            }
+        }
     }
 
     #[cold]
@@ -179,6 +270,25 @@ mod tests {
         assert_eq!(sequences.arrive(1, 0, 3), Arrival::OldIncarnation);
         assert_eq!(sequences.arrive(1, 1, 1), Arrival::New);
         assert_eq!(sequences.take_gaps(), 1, "what the old life still owed");
+    }
+
+    #[test]
+    fn what_is_announced_and_did_not_come_is_missing_until_it_comes_or_is_covered() {
+        let mut sequences = Sequences::default();
+        assert_eq!(sequences.arrive(1, 0, 0), Arrival::New);
+        sequences.announce(1, 0, 4);
+        sequences.announce(1, 0, 2);
+        assert!(sequences.missing(1).eq(std::iter::once(1..4)));
+        assert_eq!(sequences.arrive(1, 0, 2), Arrival::New);
+        assert_eq!(sequences.cover(1, 0, 3), 1, "number 1 is known otherwise");
+        assert!(sequences.missing(1).eq(std::iter::once(3..4)));
+        assert_eq!((sequences.next(1), sequences.next(2)), (4, 0));
+        assert_eq!(sequences.give_up(1, 4), 1);
+        assert!(!sequences.has_missing());
+        assert_eq!(sequences.take_gaps(), 1, "only what was given up");
+        assert_eq!(sequences.arrive(1, 0, 3), Arrival::Repeat, "it is known to be lost");
+        assert!(sequences.meet(1, 2) && !sequences.meet(1, 1));
+        assert_eq!(sequences.next(1), 0, "a new life counts from the start");
     }
 
     proptest! {

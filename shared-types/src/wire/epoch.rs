@@ -1,6 +1,6 @@
 //! What a craft must know of an epoch besides the networks.
 
-use super::OpenSpec;
+use super::{OpenSpec, RecoverySpec};
 use rkyv::{Archive, Deserialize, Serialize};
 use schemars::JsonSchema;
 
@@ -144,4 +144,6 @@ pub struct EpochSpec {
     pub turns_max: u32,
     /// How the trace is played that travels with the networks; `None` in lockstep.
     pub open: Option<OpenSpec>,
+    /// How losses are repaired; `None` if they are detected and counted only.
+    pub recovery: Option<RecoverySpec>,
 }

@@ -31,6 +31,14 @@ pub enum Class {
     Telemetry = 6,
 }
 
+impl Class {
+    /// Whether samples of the class go from craft to craft, the centre included.
+    #[must_use]
+    pub const fn is_between_crafts(self) -> bool {
+        matches!(self, Self::Replication | Self::Reply | Self::Repair | Self::Ack)
+    }
+}
+
 /// What the payload of a sample is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
@@ -80,6 +88,28 @@ pub enum Kind {
     Tally = 20,
     /// Craft to orchestrator: a [`super::TallyReport`]; `argument` is the question's.
     TallyReport = 21,
+    /// Between processes: a [`super::Receipt`]. Unnumbered, class ack.
+    Receipt = 22,
+    /// Between processes: which versions the sender holds of the facts `firing_number..turn` of the
+    /// receiver's board (delta records, facts as the receiver numbers them); `argument` numbers the
+    /// question. Unnumbered, class ack.
+    Digest = 23,
+    /// The answer to a digest: what the asker lacks (delta records, each in its writer's ids);
+    /// `argument`, `firing_number` and `turn` are the question's, `sequence` and `intended_ns` the
+    /// numbers of the next unicast and multicast. `hop_count` is 1 if further facts follow after
+    /// `turn`, else 0. Unnumbered, class repair.
+    State = 24,
+    /// Orchestrator to all: a [`super::MembershipChange`].
+    Membership = 25,
+}
+
+impl Kind {
+    /// Whether samples of this kind are numbered, so that a lost one is noticed and a repeated one is
+    /// not handed over. The others may be lost or repeated without harm.
+    #[must_use]
+    pub const fn is_numbered(self) -> bool {
+        !matches!(self, Self::Receipt | Self::Digest | Self::State)
+    }
 }
 
 macro_rules! from_code {
@@ -97,7 +127,7 @@ macro_rules! from_code {
 from_code!(Class, Telemetry, Replication, Reply, Repair, Ack, BestEffort, Control, Telemetry);
 from_code!(
     Kind,
-    TallyReport,
+    Membership,
     Delta,
     Register,
     Instruction,
@@ -119,7 +149,11 @@ from_code!(
     Probe,
     Go,
     Tally,
-    TallyReport
+    TallyReport,
+    Receipt,
+    Digest,
+    State,
+    Membership
 );
 
 /// The header of every sample: 80 bytes, little-endian as all that we run on.

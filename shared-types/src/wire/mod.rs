@@ -11,6 +11,7 @@ mod delta;
 mod epoch;
 mod header;
 mod open;
+mod recovery;
 mod report;
 
 pub use control::{TallyReport, TurnCommand, TurnPhase, TurnReport};
@@ -20,4 +21,9 @@ pub use delta::{
 pub use epoch::{ArchivedEpochSpec, EpochSpec, StrategyKind};
 pub use header::{Class, FORMAT_VERSION, HEADER_BYTES, Header, Kind, Refusal};
 pub use open::{HeldFact, OpenReport, OpenSpec, ReadSeen, Stage};
-pub use report::{ArchivedTrialReport, CLASS_COUNT, Counters, Losses, Traffic, TrialReport};
+pub use recovery::{
+    MembershipChange, MissingRow, Receipt, RecoverySpec, read_receipt, receipt_bytes, write_receipt,
+};
+pub use report::{
+    ArchivedTrialReport, CLASS_COUNT, Counters, Losses, Recovered, Traffic, TrialReport,
+};

@@ -127,6 +127,8 @@ pub struct HeldFact {
 pub struct OpenReport {
     /// Records of its part of the trace that it has played: always a prefix.
     pub records_played: u64,
+    /// Records among them that were due before this life of the craft began: skipped, not made.
+    pub records_missed: u64,
     /// Per origin craft (dense), the changes that were applied at this process' board (at all home boards, for
     /// the centre's report under a central strategy; knowledge is counted at the clients).
     pub applied_from: Vec<u64>,

@@ -117,6 +117,53 @@ pub struct Counters {
     pub conflicts: u64,
     /// Out of the ordinary.
     pub losses: Losses,
+    /// What recovery did.
+    pub recovered: Recovered,
+}
+
+/// What recovery did in one process; all zero where nothing was lost and nobody died, except
+/// `receipts`, `digests` and `states`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Archive, Serialize, Deserialize)]
+pub struct Recovered {
+    /// Receipts sent, whatever they say.
+    pub receipts: u64,
+    /// Receipts among them that name something missing.
+    pub asked_again: u64,
+    /// Samples sent again; the same as the transmissions of class repair without states.
+    pub repeats: u64,
+    /// Missing samples that cannot be repeated any more, or that nobody repeated: the receiver gave
+    /// them up and asked for the state instead. They count as gaps too.
+    pub given_up: u64,
+    /// Samples sent that nobody confirmed although asked again and again.
+    pub unconfirmed: u64,
+    /// Samples to a dead process that were not delivered.
+    pub discarded: u64,
+    /// Digests sent.
+    pub digests: u64,
+    /// States sent.
+    pub states: u64,
+    /// Changes that were learnt from states.
+    pub learnt: u64,
+    /// Questions for a state that stayed without an answer.
+    pub states_missed: u64,
+    /// Samples of a process that lived no more, or for one that had ended its conversation.
+    pub stale: u64,
+}
+
+impl std::ops::AddAssign for Recovered {
+    fn add_assign(&mut self, other: Self) {
+        self.receipts += other.receipts;
+        self.asked_again += other.asked_again;
+        self.repeats += other.repeats;
+        self.given_up += other.given_up;
+        self.unconfirmed += other.unconfirmed;
+        self.discarded += other.discarded;
+        self.digests += other.digests;
+        self.states += other.states;
+        self.learnt += other.learnt;
+        self.states_missed += other.states_missed;
+        self.stale += other.stale;
+    }
 }
 
 /// One process's report of one trial, sent as an archive.

@@ -83,7 +83,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         }
         let arrived = endpoint.drain(&mut |_, header, payload| {
             match (header.class(), header.kind()) {
-                (Some(class @ (Class::Replication | Class::Reply)), Some(kind)) => {
+                (Some(class), Some(kind)) if class.is_between_crafts() => {
                     if is_staged {
                         let now = clock();
                         craft.stamp_applied(now);

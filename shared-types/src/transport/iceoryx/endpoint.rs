@@ -4,15 +4,17 @@ use super::broadcast::Broadcast;
 use super::peers::{PeerTable, publish_sample, transport_error};
 use super::services::{OpenError, node_of, open, open_bell, publish, subscribe};
 use super::wake::{self, Wake};
-use super::{BellFactory, Factory, Listener, Node, Publisher, Sample, Subscriber};
+use super::world::{HeldSample, World};
+use super::{BellFactory, Factory, Listener, Node, Subscriber};
 use crate::ids::{CraftId, Incarnation};
 use crate::limits::{DRAIN_BURST, DRAIN_SAMPLES_MAX, INBOX_PAYLOAD_BYTES};
 use crate::time::Nanos;
 use crate::transport::intake::{Intake, Through};
 use crate::transport::outbox::Outbox;
 use crate::transport::paths::RunPaths;
+use crate::transport::sequence::Sequences;
 use crate::transport::topic::Service;
-use crate::transport::{Destination, Endpoint, Peers, SendError, WakeMode, WorldSample};
+use crate::transport::{Destination, Endpoint, Numbered, Peers, SendError, WakeMode, WorldSample};
 use crate::wire::{Header, Losses};
 use iceoryx2::port::update_connections::UpdateConnections;
 use std::os::fd::BorrowedFd;
@@ -72,12 +74,6 @@ pub struct IceoryxEndpoint {
     // Services and node last: ports go before what they belong to.
     _bell_service: BellFactory,
     pub(super) node: Node,
-}
-
-#[derive(Debug)]
-pub(super) enum World {
-    Publisher { publisher: Publisher, sequence: u64 },
-    Subscriber(Subscriber),
 }
 
 impl IceoryxEndpoint {
@@ -352,6 +348,28 @@ impl Endpoint for IceoryxEndpoint {
         }
     }
 
+    fn next_number(&self, to: Destination) -> u64 {
+        self.number_of_next(to)
+    }
+
+    fn send_past_numbering(
+        &mut self,
+        receiver: CraftId,
+        header: Header,
+        length: usize,
+        write: &mut dyn FnMut(&mut [u8]),
+    ) -> Result<(), SendError> {
+        self.send_as_numbered(receiver, header, length, write)
+    }
+
+    fn numbers(&mut self, service: Numbered) -> &mut Sequences {
+        self.intake.numbers(service)
+    }
+
+    fn discard(&mut self, craft: CraftId) -> usize {
+        self.outbox.discard(Destination::Craft(craft))
+    }
+
     fn ring(&mut self) {
         if self.options.wake == WakeMode::Poll {
             self.peers.clear_marks();
@@ -364,14 +382,5 @@ impl Endpoint for IceoryxEndpoint {
         let mut losses = std::mem::take(&mut self.losses);
         losses += self.intake.take_losses();
         losses
-    }
-}
-
-/// Lends the bytes of a sample that stays where it lies.
-struct HeldSample(Sample);
-
-impl AsRef<[u8]> for HeldSample {
-    fn as_ref(&self) -> &[u8] {
-        self.0.payload()
     }
 }

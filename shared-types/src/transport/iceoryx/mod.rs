@@ -19,6 +19,7 @@ mod peers;
 mod sending;
 mod services;
 mod wake;
+mod world;
 
 pub use endpoint::{EndpointOptions, IceoryxEndpoint};
 pub use services::{HostOptions, IceoryxHost, OpenError};

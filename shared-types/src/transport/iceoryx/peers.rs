@@ -53,6 +53,11 @@ impl PeerTable {
         }
     }
 
+    /// Number of the next sample to the inbox of `index`.
+    pub(super) fn number(&self, index: usize) -> u64 {
+        self.slots[index].sequence
+    }
+
     pub(super) fn slot(&mut self, index: usize) -> &mut Slot {
         &mut self.slots[index]
     }

@@ -1,18 +1,49 @@
 //! Sending: numbering, the outbox behind a full inbox, the repair of a missed broadcast.
 
-use super::endpoint::{IceoryxEndpoint, World};
+use super::endpoint::IceoryxEndpoint;
 use super::peers::{publish_sample, transport_error};
+use super::world::World;
+use crate::ids::CraftId;
 use crate::transport::{Destination, SendError, WakeMode};
 use crate::wire::Header;
 
 impl IceoryxEndpoint {
     /// Fills the fields of the header that the transport owns, except length and checksum.
     fn address(&self, to: Destination, header: &mut Header, sequence: u64) {
+        self.sign(header);
+        header.destination = to.address().0;
+        header.sequence = sequence;
+    }
+
+    /// Fills those that say who sends.
+    fn sign(&self, header: &mut Header) {
         header.run = self.run;
         header.source = self.own.0;
         header.incarnation = self.incarnation.0;
-        header.destination = to.address().0;
-        header.sequence = sequence;
+    }
+
+    /// Sends a sample to one inbox with the number and destination that its header has.
+    pub(super) fn send_as_numbered(
+        &mut self,
+        receiver: CraftId,
+        mut header: Header,
+        length: usize,
+        write: &mut dyn FnMut(&mut [u8]),
+    ) -> Result<(), SendError> {
+        let closed = SendError::NotOpen(Destination::Craft(receiver));
+        let index = self.peers.index_of(receiver).ok_or(closed)?;
+        self.sign(&mut header);
+        self.deliver_unicast(index, &mut header, length, write)
+    }
+
+    /// The number that the next sample to `to` gets.
+    pub(super) fn number_of_next(&self, to: Destination) -> u64 {
+        match (to, &self.world) {
+            (Destination::World, World::Publisher { sequence, .. }) => *sequence,
+            (Destination::World, World::Subscriber(_)) => 0,
+            (Destination::Multicast | Destination::Turn, _) => self.broadcast_sequence,
+            _ => self.peers.index_of(to.address()).map_or(0, |index| self.peers.number(index)),
+        }
     }
 
     pub(super) fn send_unicast(

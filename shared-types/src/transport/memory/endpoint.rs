@@ -1,32 +1,33 @@
 //! One participant's endpoint on a memory network.
 
-use super::network::{Network, Node, SampleId, WayId, World};
+use super::network::{Network, Node, WayId};
 use crate::ids::CraftId;
 use crate::limits::DRAIN_SAMPLES_MAX;
 use crate::transport::intake::{Intake, Through};
 use crate::transport::outbox::Outbox;
+use crate::transport::sequence::Sequences;
 use crate::transport::topic::Service;
-use crate::transport::{Destination, Endpoint, Peers, SendError, WorldSample};
+use crate::transport::{Destination, Endpoint, Numbered, Peers, SendError, WorldSample};
 use crate::wire::{Header, Losses};
 use std::cell::RefCell;
 use std::rc::Rc;
 
 /// The port of one craft, or of the orchestrator, on a [`super::MemoryNetwork`].
 pub struct MemoryEndpoint {
-    network: Rc<RefCell<Network>>,
+    pub(super) network: Rc<RefCell<Network>>,
     own: CraftId,
     node: Node,
     generation: u32,
     incarnation: u32,
     intake: Intake,
-    outbox: Outbox,
-    losses: Losses,
+    pub(super) outbox: Outbox,
+    pub(super) losses: Losses,
     /// Unicast receivers ever sent to, ascending: ways and numbers outlive an epoch's ports.
     peers: Vec<Peer>,
     sends_multicast: bool,
     /// Ways of this endpoint's broadcasts, ascending by receiver, and the state of the network that
     /// they were looked up in.
-    listeners: Vec<(CraftId, WayId)>,
+    pub(super) listeners: Vec<(CraftId, WayId)>,
     listeners_seen: u64,
     broadcast_sequence: u64,
     world_sequence: u64,
@@ -35,9 +36,9 @@ pub struct MemoryEndpoint {
 }
 
 #[derive(Debug)]
-struct Peer {
+pub(super) struct Peer {
     craft: CraftId,
-    way: WayId,
+    pub(super) way: WayId,
     sequence: u64,
     is_open: bool,
 }
@@ -93,7 +94,7 @@ impl MemoryEndpoint {
     }
 
     /// The unicast receiver `craft`, made known if it was not; `None` if there is no such craft.
-    fn peer(&mut self, craft: CraftId) -> Option<&mut Peer> {
+    pub(super) fn peer(&mut self, craft: CraftId) -> Option<&mut Peer> {
         let index = match self.peers.binary_search_by_key(&craft, |peer| peer.craft) {
             Ok(index) => index,
             Err(index) => {
@@ -114,7 +115,7 @@ impl MemoryEndpoint {
     }
 
     /// Looks up who listens, if that changed.
-    fn refresh_listeners(&mut self) {
+    pub(super) fn refresh_listeners(&mut self) {
         let mut network = self.network.borrow_mut();
         if self.listeners_seen == network.listeners_changed {
             return;
@@ -135,7 +136,7 @@ impl MemoryEndpoint {
     }
 
     /// Whether the port to `to` is open, and the number that its next sample gets.
-    fn next_sequence(&mut self, to: Destination) -> Result<u64, SendError> {
+    pub(super) fn next_sequence(&mut self, to: Destination) -> Result<u64, SendError> {
         let unicast = match to {
             Destination::Craft(craft) => Some(craft),
             Destination::Orchestrator => Some(CraftId::ORCHESTRATOR),
@@ -166,73 +167,16 @@ impl MemoryEndpoint {
     }
 
     /// Fills the fields of the header that the transport owns, except length and checksum.
-    fn address(&self, to: Destination, mut header: Header, sequence: u64) -> Header {
+    pub(super) fn address(&self, to: Destination, header: Header, sequence: u64) -> Header {
+        Header { destination: to.address().0, sequence, ..self.sign(header) }
+    }
+
+    /// Fills those that say who sends.
+    fn sign(&self, mut header: Header) -> Header {
         header.run = self.network.borrow().options().run;
         header.source = self.own.0;
         header.incarnation = self.incarnation;
-        header.destination = to.address().0;
-        header.sequence = sequence;
         header
-    }
-
-    fn send_world(
-        &mut self,
-        mut header: Header,
-        length: usize,
-        write: &mut dyn FnMut(&mut [u8]),
-    ) -> Result<(), SendError> {
-        let sequence = self.next_sequence(Destination::World)?;
-        header = self.address(Destination::World, header, sequence);
-        let mut bytes = rkyv::util::AlignedVec::with_capacity(length);
-        bytes.resize(length, 0);
-        write(&mut bytes);
-        header.seal(&bytes);
-        let mut network = self.network.borrow_mut();
-        network.world = Some(World { header, bytes: Rc::new(bytes), number: sequence + 1 });
-        Ok(())
-    }
-
-    /// Sends a sealed sample to one receiver's inbox, or keeps it.
-    fn deliver_unicast(&mut self, craft: CraftId, sample: SampleId) -> Result<(), SendError> {
-        let to = inbox_of(craft);
-        let Some(way) = self.peer(craft).map(|peer| peer.way) else {
-            return Err(SendError::NotOpen(to));
-        };
-        let mut network = self.network.borrow_mut();
-        if !self.outbox.holds_back(to) && network.offer(way, sample) {
-            return Ok(());
-        }
-        let (header, payload) = network.sample(sample);
-        let kept = self.outbox.keep(to, header, payload);
-        if kept.is_ok() {
-            network.kept += 1;
-            self.losses.full_inboxes += 1;
-        } else {
-            self.losses.full_outboxes += 1;
-        }
-        kept
-    }
-
-    /// Sends a sealed sample to everybody who listens; whoever missed it gets it by unicast.
-    fn deliver_broadcast(&mut self, sample: SampleId) -> Result<(), SendError> {
-        self.refresh_listeners();
-        let mut result = Ok(());
-        for index in 0..self.listeners.len() {
-            let (craft, way) = self.listeners[index];
-            if self.network.borrow_mut().offer(way, sample) {
-                continue;
-            }
-            self.losses.missed_multicasts += 1;
-            result = result.and(self.deliver_unicast(craft, sample));
-        }
-        result
-    }
-}
-
-const fn inbox_of(craft: CraftId) -> Destination {
-    match craft {
-        CraftId::ORCHESTRATOR => Destination::Orchestrator,
-        craft => Destination::Craft(craft),
     }
 }
 
@@ -277,15 +221,7 @@ impl Endpoint for MemoryEndpoint {
         }
         let sequence = self.next_sequence(to)?;
         let header = self.address(to, header, sequence);
-        let sample = {
-            let mut network = self.network.borrow_mut();
-            let sample = network.loan(length);
-            let (slot, payload) = network.sample_mut(sample);
-            write(payload);
-            *slot = header;
-            slot.seal(payload);
-            sample
-        };
+        let sample = self.loan(header, length, write);
         let result = match to {
             Destination::Craft(craft) => self.deliver_unicast(craft, sample),
             Destination::Orchestrator => self.deliver_unicast(CraftId::ORCHESTRATOR, sample),
@@ -354,6 +290,40 @@ impl Endpoint for MemoryEndpoint {
             }
         }
         Ok(visited)
+    }
+
+    fn next_number(&self, to: Destination) -> u64 {
+        match to {
+            Destination::World => self.world_sequence,
+            Destination::Multicast | Destination::Turn => self.broadcast_sequence,
+            Destination::Craft(_) | Destination::Orchestrator => {
+                let known = self.peers.binary_search_by_key(&to.address(), |peer| peer.craft);
+                known.map_or(0, |index| self.peers[index].sequence)
+            }
+        }
+    }
+
+    fn send_past_numbering(
+        &mut self,
+        receiver: CraftId,
+        header: Header,
+        length: usize,
+        write: &mut dyn FnMut(&mut [u8]),
+    ) -> Result<(), SendError> {
+        let sample = self.loan(self.sign(header), length, write);
+        let result = self.deliver_unicast(receiver, sample);
+        self.network.borrow_mut().release(sample);
+        result
+    }
+
+    fn numbers(&mut self, service: Numbered) -> &mut Sequences {
+        self.intake.numbers(service)
+    }
+
+    fn discard(&mut self, craft: CraftId) -> usize {
+        let discarded = self.outbox.discard(Destination::Craft(craft));
+        self.network.borrow_mut().kept -= discarded;
+        discarded
     }
 
     fn ring(&mut self) {}

@@ -12,6 +12,7 @@
 
 mod endpoint;
 mod network;
+mod sending;
 
 pub use endpoint::MemoryEndpoint;
 

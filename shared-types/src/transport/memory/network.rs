@@ -269,11 +269,12 @@ impl Network {
         let verdict =
             self.link.as_mut().map_or(Verdict::Pass, |link| link.judge(self.now, receiver, header));
         match verdict {
-            Verdict::Pass => self.depart(way, id, 0),
-            Verdict::Delay(delay_ns) => self.depart(way, id, delay_ns),
+            Verdict::Pass => self.depart(way, id, 0, true),
+            Verdict::Delay(delay_ns) => self.depart(way, id, delay_ns, true),
+            Verdict::Overtaken(delay_ns) => self.depart(way, id, delay_ns, false),
             Verdict::Duplicate => {
-                self.depart(way, id, 0);
-                self.depart(way, id, 0);
+                self.depart(way, id, 0, true);
+                self.depart(way, id, 0, true);
             }
             Verdict::Drop => {}
         }
@@ -311,14 +312,17 @@ impl Network {
         self.unread += 1;
     }
 
-    fn depart(&mut self, way: WayId, id: SampleId, delay_ns: u64) {
+    fn depart(&mut self, way: WayId, id: SampleId, delay_ns: u64, keeps_order: bool) {
         let jitter_ns = match self.options.jitter_ns {
             0 => 0,
             bound => u64::from(self.order.below(bound)),
         };
         let Way { latest_due, outstanding, .. } = &mut self.ways[way.0 as usize];
-        let due = self.now.plus(delay_ns + jitter_ns).max(*latest_due);
-        *latest_due = due;
+        let mut due = self.now.plus(delay_ns + jitter_ns);
+        if keeps_order {
+            due = due.max(*latest_due);
+            *latest_due = due;
+        }
         *outstanding += 1;
         self.samples[id.0 as usize].readers += 1;
         self.sent += 1;

@@ -1,0 +1,38 @@
+//! Who lives, and what follows for numbers when somebody is gone or back.
+
+use super::Recovery;
+use super::peer::Peer;
+use shared_types::ids::CraftId;
+
+impl Recovery {
+    /// `craft` lives its life `incarnation` from now on; says whether that is news.
+    pub(in crate::craft) fn up(&mut self, craft: CraftId, incarnation: u32) -> bool {
+        let Some(peer) = self.peers.get_mut(craft.index()) else { return false };
+        if craft == self.own
+            || incarnation < peer.life
+            || (incarnation == peer.life && !peer.is_gone)
+        {
+            return false;
+        }
+        let sent = [peer.unicast_next.unwrap_or(0), self.multicast_next.unwrap_or(0)];
+        peer.rest();
+        // What an earlier life was sent, this one learns from states.
+        *peer = Peer { is_gone: false, life: incarnation, confirmed: sent, ..*peer };
+        self.wanted.retain(|wanted| wanted.by != craft);
+        self.said.retain(|said| said.by != craft);
+        true
+    }
+
+    /// `craft` is gone in its life `incarnation`; says whether that is news.
+    pub(in crate::craft) fn down(&mut self, craft: CraftId, incarnation: u32) -> bool {
+        let Some(peer) = self.peers.get_mut(craft.index()) else { return false };
+        if craft == self.own || incarnation < peer.life || peer.is_gone {
+            return false;
+        }
+        peer.rest();
+        (peer.is_gone, peer.life) = (true, incarnation);
+        self.wanted.retain(|wanted| wanted.by != craft);
+        self.gone.push(craft);
+        true
+    }
+}
