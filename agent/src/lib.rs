@@ -6,6 +6,7 @@
 //! any of this code, so that the two can be held against each other.
 
 pub mod blackboard;
+pub mod control;
 pub mod craft;
 pub mod lockstep;
 pub mod metrics;

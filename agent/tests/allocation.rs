@@ -93,6 +93,7 @@ fn spec(strategy: StrategyKind) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 1000,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: None,
     }

@@ -49,6 +49,7 @@ fn spec() -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 5,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: None,
     }

@@ -48,6 +48,7 @@ fn epoch(strategy: StrategyKind) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: u32::try_from(DELTA_BYTES).expect("invariant: the bench's input is valid"),
         turns_max: 10_000,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: None,
     }

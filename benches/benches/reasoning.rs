@@ -45,15 +45,15 @@ fn pruners(criterion: &mut Criterion) {
         });
         let (known, goal) = (known(&board), Literal::holds(FactId(board.fact_count - 1)));
         group.bench_function("sound", |bencher| {
-            bencher.iter(|| Sound::new(black_box(view), known.iter().copied(), [goal]));
+            bencher.iter(|| Sound::new(black_box(&view), known.iter().copied(), [goal]));
         });
-        let mut sound = Sound::new(view, known.iter().copied(), [goal]);
+        let mut sound = Sound::new(&view, known.iter().copied(), [goal]);
         group.bench_function("sound, one fact lost and found", |bencher| {
             let mut next = known.iter().cycle();
             bencher.iter(|| {
                 let literal = *next.next().expect("invariant: a cycle does not end");
-                sound.set_known(literal, false);
-                sound.set_known(literal, true);
+                sound.set_known(&view, literal, false);
+                sound.set_known(&view, literal, true);
             });
         });
         group.finish();
@@ -76,7 +76,7 @@ fn solvers(criterion: &mut Criterion) {
         group.bench_function("sweeps", |bencher| {
             bencher.iter(|| sweep::sweep(&view, &costs, &everything, known.iter().copied()));
         });
-        let mut repair = Repair::new(view, costs.clone(), known.iter().copied())
+        let mut repair = Repair::new(&view, costs.clone(), known.iter().copied())
             .expect("invariant: uniform costs are above 0");
         group.bench_function("repair after one fact", |bencher| {
             let mut next = known.iter().cycle();
@@ -86,7 +86,7 @@ fn solvers(criterion: &mut Criterion) {
                 if is_known {
                     literal = *next.next().expect("invariant: a cycle does not end");
                 }
-                repair.set_known(literal, is_known);
+                repair.set_known(&view, literal, is_known);
                 is_known = !is_known;
             });
         });

@@ -2,6 +2,10 @@
 //! `commands`. The verb `agent` is not here: a craft's process is started by the orchestrator and
 //! reads its own arguments.
 
+mod explain;
+
+pub use explain::ExplainArguments;
+
 use crate::report::networks::PUBLISHED_NETWORKS;
 use crate::scenario::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -59,6 +63,8 @@ pub enum Command {
     Diff(DiffArguments),
     /// Prints the cheapest way to a mission's end, without running it.
     Solve(SolveArguments),
+    /// Says why a fact holds at the end of a run, or why a rule or action did not come about.
+    Explain(ExplainArguments),
     /// Prints a trace of writes and reads for open mode as CSV.
     Record(RecordArguments),
     /// Lists the presets.

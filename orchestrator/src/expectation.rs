@@ -56,6 +56,7 @@ fn published_spec(seed: u64, trial: u32) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: u32::try_from(DELTA_BYTES).expect("invariant: a record is small"),
         turns_max: PUBLISHED_TURNS_MAX,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: None,
     }

@@ -7,6 +7,7 @@
 pub mod cli;
 pub mod commands;
 pub mod expectation;
+pub mod explanation;
 pub mod launch;
 pub mod networks;
 pub mod outcome;

@@ -10,6 +10,7 @@ compile_error!("Slateswarm runs on 64-bit little-endian Linux, 5.9 or newer");
 pub mod ids;
 pub mod knowledge;
 pub mod limits;
+pub mod reasoning;
 pub mod rng;
 pub mod scenario;
 pub mod time;

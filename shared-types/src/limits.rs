@@ -17,6 +17,16 @@ pub const CRAFTS_MIN: u32 = 1;
 /// Most facts, rules or actions of one explicit board.
 pub const BOARD_ITEMS_MAX: u32 = 1_000_000;
 
+/// Least cost of a rule or action: with less, sums of many costs would swallow it.
+pub const COST_MIN: f64 = 0.001;
+
+/// Largest cost of a rule or action.
+pub const COST_MAX: f64 = 1e6;
+
+/// Facts, rules, actions and links of all boards together above which crafts do not plan: each of them
+/// keeps the least cost of every fact of the fleet.
+pub const PLANNED_ITEMS_MAX: u64 = 100_000;
+
 /// Most turns of one trial, whatever the scenario says.
 pub const TURNS_MAX: u32 = 1_000_000;
 

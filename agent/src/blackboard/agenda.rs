@@ -92,6 +92,25 @@ impl Agenda {
         }
     }
 
+    /// Whether `member` is there.
+    #[inline]
+    #[must_use]
+    pub fn contains(&self, member: usize) -> bool {
+        self.members.contains(member)
+    }
+
+    /// The first member from `from` on.
+    #[must_use]
+    pub fn next(&self, from: usize) -> Option<u32> {
+        let words = self.members.words.iter().enumerate().skip(from / 64);
+        let ones = words.map(|(index, &word)| {
+            let is_first = index == from / 64;
+            (index, if is_first { word & (u64::MAX << (from % 64)) } else { word })
+        });
+        let (index, word) = ones.into_iter().find(|&(_, word)| word != 0)?;
+        u32::try_from(index * 64 + word.trailing_zeros() as usize).ok()
+    }
+
     /// The member that has `rank` smaller ones.
     ///
     /// # Panics

@@ -113,6 +113,26 @@ impl Blackboard {
         Firing(self.agenda.select(rank))
     }
 
+    /// Whether a firing is a candidate.
+    #[inline]
+    #[must_use]
+    pub fn is_candidate(&self, firing: Firing) -> bool {
+        self.agenda.contains(firing.0 as usize)
+    }
+
+    /// The first candidate from `from` on, in id order.
+    #[must_use]
+    pub fn next_candidate(&self, from: u32) -> Option<Firing> {
+        self.agenda.next(from as usize).map(Firing)
+    }
+
+    /// Whether a rule or action has run and may not run again.
+    #[inline]
+    #[must_use]
+    pub fn is_spent(&self, firing: Firing) -> bool {
+        self.is_spent.contains(firing.0 as usize)
+    }
+
     /// Whether any final fact holds.
     #[must_use]
     pub fn has_final(&self, board: &BoardView<'_>) -> bool {

@@ -3,9 +3,13 @@
 use super::outbox::{Counting, Held, Outbox, header};
 use crate::blackboard::Blackboard;
 use crate::blackboard::replica::ReplicaStore;
+use crate::control::Control;
+use crate::reasoning::planner::Planner;
+use crate::reasoning::upkeep::Upkeep;
 use crate::replication::{Context, Plans, Recipient, Strategy, strategy};
 use shared_types::ids::{CraftId, Firing, Turn};
 use shared_types::knowledge::{Change, FactState, FleetView};
+use shared_types::reasoning::ReasoningReport;
 use shared_types::rng::{Purpose, Stream};
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Peers};
@@ -35,6 +39,8 @@ pub(super) struct Autonomous {
     strategy: Box<dyn Strategy>,
     board: Blackboard,
     draws: Stream,
+    control: Control,
+    upkeep: Upkeep,
     replicas: ReplicaStore,
     keeps_replicas: bool,
     held: Vec<Held>,
@@ -52,6 +58,8 @@ impl Autonomous {
             strategy: strategy(StrategyKind::Null),
             board: Blackboard::default(),
             draws: Stream::new(0, 0, Purpose::Firing, 0),
+            control: Control::default(),
+            upkeep: Upkeep::default(),
             replicas: ReplicaStore::default(),
             keeps_replicas: false,
             held: Vec::new(),
@@ -67,6 +75,8 @@ impl Autonomous {
         self.strategy = strategy(spec.strategy);
         self.board.reset(fleet.board(craft));
         self.draws = Stream::new(spec.seed, spec.trial, Purpose::Firing, craft.0);
+        self.control.reset(spec.reasoning.policy, craft, fleet);
+        self.upkeep.reset(spec.reasoning, fleet.board(craft));
         self.keeps_replicas = spec.strategy.keeps_replicas();
         if self.keeps_replicas {
             self.replicas.reset(fleet);
@@ -112,6 +122,10 @@ impl Autonomous {
             if let Some(own) = fleet.board(held.origin).target_on(fact, self.craft) {
                 let merged = self.board.merge(board, own, value, version);
                 counting.counters.conflicts += u64::from(merged.conflict);
+                if merged.accepted {
+                    self.control.note_merged(own, value);
+                    self.upkeep.note(own, value);
+                }
             }
             if self.keeps_replicas {
                 self.replicas.tell(held.origin, fact, FactState { value, version });
@@ -119,7 +133,7 @@ impl Autonomous {
         }
     }
 
-    /// Draws, fires, plans, reports.
+    /// Chooses, fires, plans, reports.
     pub(super) fn open_turn(
         &mut self,
         now: Nanos,
@@ -131,9 +145,12 @@ impl Autonomous {
         self.tally.next_turn = turn.0 + 1;
         self.tally.open = std::mem::take(&mut self.tally.next);
         let board = fleet.board(self.craft);
-        let firing = self.draw(turn, fleet);
+        let firing = self.choose(turn, fleet);
         let mut changes = std::mem::take(&mut self.changes);
         let is_final = self.board.fire(board, self.craft, firing, &mut changes);
+        self.control.note_fired(board, firing, &changes);
+        changes.iter().for_each(|change| self.upkeep.note(change.fact, change.value));
+        self.upkeep.open_turn(turn);
         self.plans.clear();
         if firing.is_idle() {
             counting.counters.idle_turns += 1;
@@ -164,6 +181,24 @@ impl Autonomous {
         if !self.strategy.expects_deliveries() {
             self.report(out);
         }
+    }
+
+    /// Whether the board is due to be pruned or maintained.
+    pub(super) const fn has_upkeep(&self) -> bool {
+        self.upkeep.is_due()
+    }
+
+    /// Prunes and maintains the board, where that is due.
+    pub(super) fn upkeep(&mut self, fleet: &FleetView<'_>, clock: &mut impl FnMut() -> Nanos) {
+        self.upkeep.run(self.craft, fleet.board(self.craft), self.control.planner(), clock);
+    }
+
+    /// What the craft's thinking came to; `None` where it only drew.
+    pub(super) fn reasoning(&self) -> Option<ReasoningReport> {
+        let reasoning = self.spec().reasoning;
+        let [plans, costs_changed] = self.control.planner().map_or([0; 2], Planner::work);
+        let has_report = self.control.planner().is_some() || reasoning.has_upkeep();
+        has_report.then(|| ReasoningReport { plans, costs_changed, ..*self.upkeep.report() })
     }
 
     /// Holds a delta for the end of its turn and passes it on where the strategy says so.
@@ -240,17 +275,14 @@ impl Autonomous {
         self.spec.as_ref().expect("invariant: an epoch began")
     }
 
-    /// What to fire: drawn from the candidates or, under `null`, read from the script.
-    fn draw(&mut self, turn: Turn, fleet: &FleetView<'_>) -> Firing {
+    /// What to fire: as the policy says or, under `null`, read from the script.
+    fn choose(&mut self, turn: Turn, fleet: &FleetView<'_>) -> Firing {
         if self.spec().strategy == StrategyKind::Null {
             let script = fleet.script.get(self.craft.index());
             let firing = script.and_then(|firings| firings.get(turn.index()));
             return firing.map_or(Firing::IDLE, |&firing| Firing(firing));
         }
-        match self.board.candidate_count() {
-            0 => Firing::IDLE,
-            count => self.board.candidate(self.draws.below(count)),
-        }
+        self.control.choose(&self.board, fleet.board(self.craft), &mut self.draws)
     }
 
     fn send_plans(&self, header: &Header, counting: &mut Counting, out: &mut Outbox) {

@@ -273,6 +273,20 @@ impl Craft {
         }
     }
 
+    /// Whether the board is due to be pruned or maintained.
+    #[must_use]
+    pub fn has_upkeep(&self) -> bool {
+        matches!(&self.role, Role::Autonomous(craft) if craft.has_upkeep())
+    }
+
+    /// Prunes and maintains the board between turns, where the scenario asks for it and it is due;
+    /// `clock` times it.
+    pub fn upkeep(&mut self, fleet: &FleetView<'_>, clock: &mut impl FnMut() -> Nanos) {
+        if let Role::Autonomous(craft) = &mut self.role {
+            craft.upkeep(fleet, clock);
+        }
+    }
+
     /// What the process counted in the epoch.
     pub fn counting_mut(&mut self) -> &mut Counting {
         &mut self.counting
@@ -292,6 +306,7 @@ impl Craft {
             Role::Autonomous(craft) => {
                 report.board_digests = vec![(self.craft.0, craft.digest())];
                 report.replica_digest = craft.replica_digest();
+                report.reasoning = craft.reasoning();
             }
             Role::Open(craft) => {
                 report.board_digests = vec![(self.craft.0, craft.board().digest())];

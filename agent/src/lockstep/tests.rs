@@ -16,6 +16,7 @@ fn spec(own_firing_only: bool) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 3,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: None,
     }

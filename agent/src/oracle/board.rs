@@ -40,6 +40,16 @@ impl PlainBoard {
         }
     }
 
+    /// Per action whether it is queued.
+    pub(super) fn queued(&self) -> &[bool] {
+        &self.is_queued
+    }
+
+    /// Whether a rule or action has run and may not run again.
+    pub(super) fn is_spent(&self, firing: Firing) -> bool {
+        self.is_spent[firing.0 as usize]
+    }
+
     /// What could run now, in id order, rules before actions: rules that have not run, or repeat,
     /// whose premises all hold; actions that are queued and have not run, or repeat.
     pub(super) fn list_candidates(&self, network: &BoardView<'_>, candidates: &mut Vec<u32>) {

@@ -18,7 +18,9 @@ mod deliveries;
 mod digest;
 mod expected;
 mod held;
+mod history;
 mod open;
+mod policy;
 mod replay;
 mod routes;
 
@@ -30,5 +32,6 @@ pub use compare_open::{ObservedOpen, compare_open};
 pub use deliveries::Deliveries;
 pub use digest::{board_digest, path_digest, replica_digest};
 pub use expected::{Expected, ExpectedCounts};
+pub use history::{Cause, Entry, History, relays};
 pub use open::{ExpectedOpen, disagreements};
 pub use replay::{Fired, Replay};

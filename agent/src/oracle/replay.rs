@@ -2,9 +2,11 @@
 
 use super::board::PlainBoard;
 use super::digest::{board_digest, path_digest};
+use super::policy::{self, LastRule};
 use crate::lockstep::Outcome;
 use shared_types::ids::{CraftId, Firing, Turn};
 use shared_types::knowledge::{Change, FactState, FleetView};
+use shared_types::reasoning::Policy;
 use shared_types::rng::{Purpose, Stream};
 use shared_types::wire::EpochSpec;
 use std::ops::Range;
@@ -113,6 +115,7 @@ struct Trial<'a> {
     spec: &'a EpochSpec,
     boards: Vec<PlainBoard>,
     draws: Vec<Stream>,
+    last_rules: Vec<LastRule>,
     firings: Vec<Fired>,
     changes: Vec<Change>,
     conflicts: Vec<u64>,
@@ -129,6 +132,7 @@ impl<'a> Trial<'a> {
             spec,
             boards: fleet.boards.iter().map(PlainBoard::new).collect(),
             draws: crafts.map(draws).collect(),
+            last_rules: vec![LastRule::default(); fleet.boards.len()],
             firings: Vec::new(),
             changes: Vec::new(),
             conflicts: vec![0; fleet.boards.len()],
@@ -163,12 +167,9 @@ impl<'a> Trial<'a> {
         let network = self.fleet.board(craft);
         let board = &mut self.boards[craft.index()];
         board.list_candidates(network, &mut self.candidates);
-        if self.candidates.is_empty() {
-            return false;
-        }
-        let count = u32::try_from(self.candidates.len()).expect("invariant: boards are bounded");
-        let draw = self.draws[craft.index()].below(count);
-        let firing = Firing(self.candidates[draw as usize]);
+        let Some(firing) = self.choose(craft) else { return false };
+        let board = &mut self.boards[craft.index()];
+        self.last_rules[craft.index()].note(firing, network.rule_count());
 
         let start = self.changes.len();
         let is_final = board.fire(network, craft, firing, &mut self.changes);
@@ -180,6 +181,21 @@ impl<'a> Trial<'a> {
         let sent = start..self.changes.len();
         self.firings.push(Fired { turn, craft, firing, sent });
         is_final
+    }
+
+    /// What `craft` fires of its candidates; `None` if it is idle.
+    fn choose(&mut self, craft: CraftId) -> Option<Firing> {
+        let policy = self.spec.reasoning.policy;
+        if policy != Policy::Random {
+            let (board, last) = (&self.boards[craft.index()], self.last_rules[craft.index()]);
+            return policy::choose(self.fleet, craft, board, &self.candidates, policy, last);
+        }
+        if self.candidates.is_empty() {
+            return None;
+        }
+        let count = u32::try_from(self.candidates.len()).expect("invariant: boards are bounded");
+        let draw = self.draws[craft.index()].below(count);
+        Some(Firing(self.candidates[draw as usize]))
     }
 
     /// Merges what the firings from `first` on sent, in the order of origin and fact (each origin

@@ -262,6 +262,13 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             self.craft.settle(&mut self.out);
         }
         self.publish()?;
+        if self.craft.has_upkeep() {
+            // Nobody waits for it: others are rung first.
+            self.endpoint.flush()?;
+            self.endpoint.ring();
+            let Self { craft, surroundings, .. } = self;
+            craft.upkeep(fleet, &mut || surroundings.now());
+        }
         Ok(arrived)
     }
 

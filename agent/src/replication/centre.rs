@@ -6,6 +6,7 @@
 //! last turn's on the reply to the sign-off.
 
 use crate::blackboard::Blackboard;
+use crate::control::Control;
 use crate::craft::{Counting, Held, Outbox, header};
 use shared_types::ids::{CraftId, FactId, Firing, Turn};
 use shared_types::knowledge::{Change, FleetView, Value};
@@ -20,6 +21,7 @@ use shared_types::wire::{
 struct Seat {
     board: Blackboard,
     draws: Stream,
+    control: Control,
     /// What it was told to run this turn; `None` until it asked.
     firing: Option<Firing>,
     firing_number: u32,
@@ -59,6 +61,7 @@ impl Centre {
         for (craft, (seat, board)) in self.seats.iter_mut().zip(&fleet.boards).enumerate() {
             seat.board.reset(board);
             seat.draws = draws(craft);
+            seat.control.reset(spec.reasoning.policy, CraftId::from_index(craft), fleet);
             seat.firing_number = 0;
             seat.news.clear();
             seat.clear_turn();
@@ -150,10 +153,7 @@ impl Centre {
         if seat.firing.is_some() {
             return Err(Refusal::Kind);
         }
-        let firing = match seat.board.candidate_count() {
-            0 => Firing::IDLE,
-            count => seat.board.candidate(seat.draws.below(count)),
-        };
+        let firing = seat.control.choose(&seat.board, fleet.board(asker), &mut seat.draws);
         seat.firing = Some(firing);
         self.reply(asker, firing.0, true, counting, out);
         if firing.is_idle() {
@@ -178,6 +178,7 @@ impl Centre {
         };
         let board = fleet.board(asker);
         seat.board.fire(board, asker, firing, &mut self.changes);
+        seat.control.note_fired(board, firing, &self.changes);
         seat.reached.extend_from_slice(seat.board.reached());
         if altered_only {
             self.changes.retain(|change| change.altered);
@@ -255,6 +256,9 @@ impl Centre {
                 let board = fleet.board(target.craft);
                 let merged = seat.board.merge(board, target.fact, change.value, change.version);
                 counting.counters.conflicts += u64::from(merged.conflict);
+                if merged.accepted {
+                    seat.control.note_merged(target.fact, change.value);
+                }
                 seat.news.push(change);
                 deliveries += 1;
             }
@@ -298,6 +302,7 @@ impl Seat {
         Self {
             board: Blackboard::default(),
             draws,
+            control: Control::default(),
             firing: None,
             firing_number: 0,
             is_settled: false,

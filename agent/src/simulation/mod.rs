@@ -184,6 +184,7 @@ impl Simulation {
             let now = self.network.now();
             self.crafts[index].command(now, command, fleet, &mut self.out);
             finished += self.publish(index, referee)?;
+            self.crafts[index].upkeep(fleet, &mut || now);
         }
         self.order = order;
         Ok(finished)

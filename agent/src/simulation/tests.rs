@@ -89,6 +89,7 @@ fn spec(strategy: StrategyKind, seed: u64) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 12,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: None,
     }

@@ -222,6 +222,7 @@ fn epoch() -> EpochSpec {
         sends_altered_only: true,
         record_bytes: u32::try_from(RECORD_BYTES).expect("invariant: a record is short"),
         turns_max: u32::MAX,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: None,
     }

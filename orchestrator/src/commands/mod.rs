@@ -8,6 +8,7 @@ pub mod compare;
 pub mod diff;
 pub mod doctor;
 mod execute;
+pub mod explain;
 mod planning;
 mod progress;
 pub mod record;
@@ -85,6 +86,7 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
         Command::Diff(arguments) => diff::diff(arguments, setting),
         Command::Record(arguments) => record::record(arguments),
         Command::Solve(arguments) => solve::solve(arguments, setting),
+        Command::Explain(arguments) => explain::explain(arguments, setting),
         Command::List => scenario::list(setting),
         Command::Show(arguments) => scenario::show(arguments),
         Command::Validate(arguments) => scenario::validate(arguments, setting),

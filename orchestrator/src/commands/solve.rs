@@ -42,7 +42,7 @@ pub fn solve(arguments: &SolveArguments, setting: Setting) -> Result<Outcome, Re
         .collect();
     goals.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
     let literals = view.finals.iter().map(|&fact| Literal::holds(FactId(fact)));
-    let kept = Sound::new(view, known(), literals).kept();
+    let kept = Sound::new(&view, known(), literals).kept(&view);
     let [facts, rules, actions] = kept.counts();
     let own = whole.own_rules() as usize;
     let told = kept.rules[own..].iter().filter(|&&is_kept| is_kept).count();

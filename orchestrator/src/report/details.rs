@@ -30,6 +30,7 @@ pub(super) fn details(summary: &Summary, colour: Colour) -> String {
         ("Cost", costs(summary)),
         ("Counts, means a trial", counts(summary)),
         ("Crafts, sums over all trials", crafts(summary)),
+        ("Thinking, a trial", thinking(summary)),
         ("Trials", trials(summary)),
     ];
     let parts: Vec<(&str, Table)> = turns.into_iter().chain(loads::details(summary)).collect();
@@ -242,6 +243,47 @@ fn crafts(summary: &Summary) -> Table {
             sum("deliveries"),
             sum("bytes"),
             sum("hops"),
+        ]);
+    }
+    table
+}
+
+fn thinking(summary: &Summary) -> Table {
+    let mut table = Table::new(&[
+        column("", "craft"),
+        column("", "plans"),
+        column("", "costs"),
+        column("needed", "facts"),
+        column("needed", "rules"),
+        column("needed", "acts"),
+        column("", "prune"),
+        column("", "slices"),
+        column("", "items"),
+        column("", "moved"),
+        column("us", "prune"),
+        column("us", "maint"),
+    ]);
+    let mut above = None;
+    for cell in &summary.timing.reasoning {
+        if above != Some((cell.size, cell.strategy)) {
+            table.section(format!("{} crafts, {}", cell.size, cell.strategy));
+            above = Some((cell.size, cell.strategy));
+        }
+        let mean = |metric| short(cell.figures.value(metric), COUNT_SIGNS);
+        let us = |metric| short(cell.figures.value(metric).map(|ns| ns / 1e3), COUNT_SIGNS);
+        table.row(vec![
+            clip(&cell.name, NAME_SIGNS),
+            mean("reasoning-plans"),
+            mean("reasoning-costs-changed"),
+            mean("reasoning-kept-facts"),
+            mean("reasoning-kept-rules"),
+            mean("reasoning-kept-actions"),
+            mean("reasoning-prunings"),
+            mean("reasoning-slices"),
+            mean("reasoning-looked-at"),
+            mean("reasoning-moved"),
+            us("reasoning-prune"),
+            us("reasoning-maintain"),
         ]);
     }
     table

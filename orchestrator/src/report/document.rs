@@ -96,6 +96,10 @@ pub(super) fn csv(summary: &Summary, published: &[PublishedMean]) -> String {
         let key = Key::of("timing", cell.size, cell.strategy.name());
         cell.figures.iter().for_each(|(metric, figure)| rows.figure(&key, metric, figure));
     }
+    for cell in &summary.timing.reasoning {
+        let key = Key::of("timing", cell.size, cell.strategy.name()).craft(&cell.name);
+        cell.figures.iter().for_each(|(metric, figure)| rows.figure(&key, metric, figure));
+    }
     for pair in &summary.timing.compared {
         let key = Key::of("timing", pair.size, pair.strategy.name());
         let metric = format!("turn-time-p50-to-{}-verdict", pair.base);

@@ -8,6 +8,7 @@ pub mod compare;
 mod details;
 pub mod diff;
 mod document;
+pub mod explain;
 mod incidents;
 mod loads;
 pub mod map;

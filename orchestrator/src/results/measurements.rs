@@ -7,6 +7,7 @@
 //! the interval logs.
 
 use super::load::{CapacityRecord, LoadRecord};
+use super::reasoning;
 use super::record::{Cell, Counts, Label, Overhead, TimingRecord, TrialRecord};
 use super::statistics::Distribution;
 use shared_types::wire::{Losses, Stage, Traffic};
@@ -72,6 +73,9 @@ pub fn trial_lines(record: &TrialRecord) -> Vec<u8> {
     for process in &timing.processes {
         rows.push(&process.name, "cpu", process.cpu_ns, "ns");
         rows.push(&process.name, "resident", process.resident_bytes, "byte");
+        for (metric, value, unit) in process.reasoning.iter().flat_map(reasoning::values) {
+            rows.push(&process.name, metric, value, unit);
+        }
     }
     for (turn, &time_ns) in timing.turn_times_ns.iter().enumerate() {
         rows.push(FLEET, &format!("turn-time-{turn}"), time_ns, "ns");

@@ -21,6 +21,7 @@ pub mod networks;
 pub mod pairs;
 pub mod provenance;
 pub mod read;
+pub mod reasoning;
 pub mod record;
 pub mod resume;
 pub mod statistics;

@@ -8,6 +8,7 @@
 use super::statistics::Distribution;
 use serde::{Deserialize, Serialize};
 use shared_types::limits;
+use shared_types::reasoning::ReasoningReport;
 use shared_types::wire::{CLASS_COUNT, Class, Losses, StrategyKind, Traffic};
 
 /// Which cell of a run a measurement belongs to.
@@ -298,6 +299,9 @@ pub struct ProcessCost {
     pub cpu_ns: u64,
     /// Resident memory at the report, bytes; 0 in simulation.
     pub resident_bytes: u64,
+    /// What its thinking came to and cost; absent where it only draws.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reasoning: Option<ReasoningReport>,
 }
 
 /// The part of a trial's record that comes from clocks, the scheduler or the operating system.

@@ -139,6 +139,7 @@ pub(crate) fn trial(size: u32, strategy: StrategyKind, trial: u32) -> TrialRecor
                     name: format!("craft-{craft}"),
                     cpu_ns: 10_000 + u64::from(craft),
                     resident_bytes: 9 << 20,
+                    reasoning: None,
                 })
                 .collect(),
             overhead: Overhead { control: traffic(2 * crafts * turns, 1), ..Overhead::default() },

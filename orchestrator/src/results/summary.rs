@@ -15,6 +15,7 @@ use super::loads::{LoadFigures, load_figures};
 use super::pairs::{self, Compared, Control};
 use super::provenance::Provenance;
 use super::read::{Missing, RunData};
+use super::reasoning::{ReasoningCell, reasoning_cells};
 use super::record::{Cell, TimingRecord, TrialEnd, TrialFacts, TrialTiming};
 use super::statistics::{as_float, mean, ratio_of_sums};
 use super::times;
@@ -92,6 +93,9 @@ pub struct Timing {
     pub stamp_effects: Vec<StampEffect>,
     /// Strategies in order by count, CPU and time to knowledge, for each size and load.
     pub orders: Vec<Orders>,
+    /// What the thinking of crafts came to and cost; absent where they only drew.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reasoning: Vec<ReasoningCell>,
     /// Whether the host was quiet.
     pub host: HostReport,
     /// The timing cells as recorded.
@@ -162,6 +166,7 @@ impl Summary {
             stamp_effects: stamp_effects(run, &loads, host.is_clean()),
             orders: orders(&loads),
             loads,
+            reasoning: reasoning_cells(&run.trials),
             host,
             records: run.timings.iter().map(|timed| timed.record.clone()).collect(),
             load_records: run.loads.iter().map(|cell| cell.record.clone()).collect(),

@@ -155,6 +155,7 @@ impl Bearing<'_> {
         EpochSpec {
             turns_max: u32::try_from(records).unwrap_or(u32::MAX),
             ignores_finals: true,
+            reasoning: shared_types::reasoning::Reasoning::default(),
             open: Some(OpenSpec {
                 duration_ns,
                 slice_ns: self.open.slice_ns,

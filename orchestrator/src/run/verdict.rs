@@ -106,6 +106,7 @@ pub fn record(demands: &Demands<'_>, cell: Cell, spec: &EpochSpec, played: &Play
             name: demands.names.craft(CraftId(report.craft)).to_owned(),
             cpu_ns: report.cpu_ns,
             resident_bytes: report.resident_bytes,
+            reasoning: report.reasoning,
         });
     }
     facts.board_digest = Digest(digest_of(homes.iter().map(|&(_, digest)| digest)));

@@ -4,7 +4,7 @@ use super::error::Place;
 use super::names::BoardNames;
 use shared_types::ids::{ActionId, CraftId, FactId};
 use shared_types::knowledge::{BoardNetwork, Csr, Literal};
-use shared_types::scenario::RuleEntry;
+use shared_types::scenario::{ActionEntry, RuleEntry};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One fact that several crafts share.
@@ -47,8 +47,7 @@ pub(super) struct BoardDraft {
     action_ids: BTreeMap<String, ActionId>,
     names: BoardNames,
     rules: Vec<RuleDraft>,
-    action_outputs: Vec<Vec<Literal>>,
-    repeating_actions: Vec<u32>,
+    actions: Vec<ActionDraft>,
     finals: BTreeSet<u32>,
 }
 
@@ -60,6 +59,23 @@ struct RuleDraft {
     outputs: Vec<Literal>,
     queued: Vec<ActionId>,
     repeats: bool,
+    cost: Option<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct ActionDraft {
+    /// Its place among the scenario's actions.
+    entry: usize,
+    outputs: Vec<Literal>,
+    repeats: bool,
+    cost: Option<f64>,
+}
+
+/// Which entries of the scenario the rules and actions of a board come from, by id.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Entries {
+    pub(super) rules: Vec<usize>,
+    pub(super) actions: Vec<usize>,
 }
 
 impl BoardDraft {
@@ -125,15 +141,19 @@ impl BoardDraft {
         self.names.actions.iter().map(String::as_str).collect()
     }
 
-    pub(super) fn add_action(&mut self, name: &str, outputs: Vec<Literal>, repeats: bool) {
+    /// Adds the scenario's action `entry`, its action number `index`.
+    pub(super) fn add_action(&mut self, entry: &ActionEntry, index: usize, outputs: Vec<Literal>) {
         let action = ActionId::from_index(self.names.actions.len());
-        self.action_ids.insert(name.to_owned(), action);
-        self.names.actions.push(name.to_owned());
+        self.action_ids.insert(entry.name.clone(), action);
+        self.names.actions.push(entry.name.clone());
         self.note_outputs(&outputs);
-        self.action_outputs.push(outputs);
-        if repeats {
-            self.repeating_actions.push(action.0);
-        }
+        let (repeats, cost) = (entry.repeat, entry.cost);
+        self.actions.push(ActionDraft { entry: index, outputs, repeats, cost });
+    }
+
+    /// Whether a rule of the name `name` is there.
+    pub(super) fn has_rule(&self, name: &str) -> bool {
+        self.names.rules.iter().any(|known| known == name)
     }
 
     /// Adds the scenario's rule `entry`, its rule number `index`; its premises follow by [`Self::set_premises`].
@@ -146,13 +166,16 @@ impl BoardDraft {
     ) {
         self.note_outputs(&outputs);
         self.names.rules.push(entry.name.clone().unwrap_or_else(|| rule_text(entry)));
-        let (premises, repeats) = (Vec::new(), entry.repeat);
-        self.rules.push(RuleDraft { entry: index, premises, outputs, queued, repeats });
+        let (premises, repeats, cost) = (Vec::new(), entry.repeat, entry.cost);
+        self.rules.push(RuleDraft { entry: index, premises, outputs, queued, repeats, cost });
     }
 
-    /// Per rule its place among the scenario's rules.
-    pub(super) fn rule_entries(&self) -> Vec<usize> {
-        self.rules.iter().map(|rule| rule.entry).collect()
+    /// Where rules and actions stand in the scenario.
+    pub(super) fn entries(&self) -> Entries {
+        Entries {
+            rules: self.rules.iter().map(|rule| rule.entry).collect(),
+            actions: self.actions.iter().map(|action| action.entry).collect(),
+        }
     }
 
     pub(super) fn set_premises(&mut self, rule: usize, premises: Vec<Literal>) {
@@ -173,7 +196,8 @@ impl BoardDraft {
         let mut network = BoardNetwork {
             fact_count: FactId::from_index(self.names.facts.len()).0,
             links: Csr::from_pairs(self.names.facts.len(), links),
-            repeating_actions: self.repeating_actions.clone(),
+            rule_costs: cost_bits(self.rules.iter().map(|rule| rule.cost)),
+            action_costs: cost_bits(self.actions.iter().map(|action| action.cost)),
             finals: self.finals.iter().copied().collect(),
             ..BoardNetwork::default()
         };
@@ -185,8 +209,11 @@ impl BoardDraft {
                 network.repeating_rules.push(number);
             }
         }
-        for outputs in &self.action_outputs {
-            network.action_outputs.push_row(outputs.iter().map(|output| output.0));
+        for (action, number) in self.actions.iter().zip(0..) {
+            network.action_outputs.push_row(action.outputs.iter().map(|output| output.0));
+            if action.repeats {
+                network.repeating_actions.push(number);
+            }
         }
         let initial = (0..).zip(&self.fact_reach).filter(|(_, reach)| reach.is_initial);
         network.initial.extend(initial.map(|(fact, _): (u32, _)| fact));
@@ -198,6 +225,14 @@ impl BoardDraft {
     pub(super) fn into_names(self) -> BoardNames {
         self.names
     }
+}
+
+/// Costs as a network holds them: none where all are the default.
+fn cost_bits(costs: impl Iterator<Item = Option<f64>> + Clone) -> Vec<u64> {
+    if costs.clone().all(|cost| cost.is_none()) {
+        return Vec::new();
+    }
+    costs.map(|cost| cost.unwrap_or(1.0).to_bits()).collect()
 }
 
 /// What a rule without a name is called: `if a and !b then c, run d`.

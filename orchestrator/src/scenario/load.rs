@@ -160,7 +160,8 @@ fn resolve_layers(layers: &Layers, name: &str) -> Result<ResolvedScenario, Scena
     if scenario.name.is_empty() {
         name.clone_into(&mut scenario.name);
     }
-    ResolvedScenario::check(scenario).map_err(|finding| document.error(finding))
+    let place = |finding| document.error(finding);
+    Ok(ResolvedScenario::check(scenario).map_err(place)?.with_places(place))
 }
 
 fn unknown_preset(name: &str) -> ScenarioError {

@@ -11,7 +11,7 @@ use super::draft::{BoardDraft, Shared};
 use super::error::{Finding, Place, place};
 use super::fleet::{Craft, check_name, ids_by_name, unknown_craft};
 use super::nearest::{nearest, suggestion};
-use super::validate::check_outputs;
+use super::validate::{check_cost, check_outputs};
 use shared_types::ids::{ActionId, CraftId, FactId};
 use shared_types::knowledge::Literal;
 use shared_types::limits::PREMISES_MAX;
@@ -163,6 +163,7 @@ impl Drafting<'_> {
             let place = place!["action", index];
             check_name(&entry.name, "action")
                 .map_err(|finding| Finding { place: place.then("name"), ..finding })?;
+            check_cost(entry.cost, &place)?;
             let outputs = self.facts_of(&entry.then, &place.then("then"))?;
             if outputs.is_empty() {
                 return Err(Finding::at(place.then("then"), "an action without an outcome")
@@ -182,7 +183,7 @@ impl Drafting<'_> {
                     .iter()
                     .map(|&(name, negated)| literal(board.fact(name), negated))
                     .collect();
-                board.add_action(&entry.name, outputs, entry.repeat);
+                board.add_action(entry, index, outputs);
             }
         }
         Ok(())
@@ -196,8 +197,19 @@ impl Drafting<'_> {
                 return Err(Finding::at(place, "a rule that does nothing")
                     .help("say what it concludes (`then`) or what it sets going (`run`)"));
             }
+            check_cost(entry.cost, &place)?;
             let outputs = self.facts_of(&entry.then, &place.then("then"))?;
             for craft in self.crafts_of(entry.craft.as_ref(), entry.tier, &place)? {
+                if let Some(name) = &entry.name
+                    && self.boards[craft.index()].has_rule(name)
+                {
+                    let who = &self.crafts[craft.index()].name;
+                    return Err(Finding::at(
+                        place.then("name"),
+                        format!("`{who}` has two rules called `{name}`"),
+                    )
+                    .help("rename one, or say with `craft` who has which"));
+                }
                 let queued = entry.run.iter().enumerate().map(|(position, action)| {
                     self.boards[craft.index()].action(action).ok_or_else(|| {
                         self.unknown_action(action, craft, place.then("run").then(position))
@@ -242,7 +254,7 @@ impl Drafting<'_> {
     fn premises(&mut self) -> Result<(), Finding> {
         for index in 0..self.boards.len() {
             let craft = CraftId::from_index(index);
-            for (rule, entry_index) in self.boards[index].rule_entries().into_iter().enumerate() {
+            for (rule, entry_index) in self.boards[index].entries().rules.into_iter().enumerate() {
                 let entry = &self.scenario.rule[entry_index];
                 let place = place!["rule", entry_index, "if"];
                 if entry.r#if.is_empty() || entry.r#if.len() > PREMISES_MAX as usize {

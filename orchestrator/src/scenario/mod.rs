@@ -11,6 +11,7 @@ mod document;
 mod draft;
 mod error;
 mod explain;
+mod flags;
 mod fleet;
 pub mod generate;
 mod load;
@@ -25,6 +26,7 @@ mod resolve;
 mod schema;
 mod sharing;
 mod sweep;
+mod thinking;
 mod validate;
 
 pub use compile::compile;

@@ -107,28 +107,8 @@ impl Reached {
         Ok(())
     }
 
-    /// One sentence for each rule that can never fire and each action that nothing queues.
-    pub(super) fn notices(&self, boards: &[BoardNetwork], names: &NameTable) -> Vec<String> {
-        let mut notices = Vec::new();
-        for (craft, board) in (0..).map(CraftId).zip(boards) {
-            let view = board.view();
-            let who = names.craft(craft);
-            let mut is_queued = vec![false; view.action_count() as usize];
-            for (rule, &unmet) in (0..).map(RuleId).zip(&self.unmet[craft.index()]) {
-                for &action in view.queues.row(rule.index()) {
-                    is_queued[action as usize] = true;
-                }
-                if unmet > 0 {
-                    let rule = names.rule(craft, rule);
-                    notices.push(format!("the rule `{rule}` of `{who}` can never fire"));
-                }
-            }
-            let idle = (0..).map(shared_types::ids::ActionId).zip(is_queued);
-            for (action, _) in idle.filter(|(_, is_queued)| !is_queued) {
-                let action = names.action(craft, action);
-                notices.push(format!("no rule of `{who}` runs the action `{action}`"));
-            }
-        }
-        notices
+    /// Whether all premises of a rule can be met.
+    pub(super) fn can_fire(&self, craft: CraftId, rule: RuleId) -> bool {
+        self.unmet[craft.index()][rule.index()] == 0
     }
 }

@@ -1,13 +1,15 @@
 //! A scenario with everything said: checked, defaults filled in, names turned into ids.
 
 use super::compile::mission_boards;
-use super::draft::{BoardDraft, Shared};
+use super::draft::{BoardDraft, Entries, Shared};
 use super::error::{Finding, ScenarioError, place};
+use super::flags;
 use super::fleet::{self, Craft};
 use super::mission;
 use super::names::NameTable;
 use super::positions::LinkTable;
 use super::reach::Reached;
+use super::thinking;
 use super::validate;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{BoardNetwork, Topology};
@@ -25,6 +27,8 @@ pub struct ResolvedScenario {
     boards: Vec<BoardNetwork>,
     names: NameTable,
     notices: Vec<String>,
+    /// What is odd about the mission, until its places are known.
+    flags: Vec<Finding>,
 }
 
 impl ResolvedScenario {
@@ -33,7 +37,7 @@ impl ResolvedScenario {
     /// # Errors
     /// The first thing that is wrong; the place is named by its keys.
     pub fn new(scenario: Scenario) -> Result<Self, ScenarioError> {
-        Ok(Self::check(scenario)?)
+        Ok(Self::check(scenario)?.with_places(ScenarioError::from))
     }
 
     /// Checks `scenario` and fills in what depends on the rest of it.
@@ -50,19 +54,36 @@ impl ResolvedScenario {
             (Vec::new(), Vec::new())
         };
         links.check_range(&crafts, &shared, &topology, &strategies)?;
+        let entries: Vec<Entries> = drafts.iter().map(BoardDraft::entries).collect();
         let (boards, names) = mission_boards(&crafts, drafts, &shared);
         let mut notices = notices(&scenario, &links);
+        notices.extend(thinking::notices(&scenario, &strategies));
+        let mut flags = Vec::new();
         if scenario.network.is_none() {
             let reached = Reached::of(&boards);
             reached.check(&scenario, &boards, &names)?;
-            notices.extend(reached.notices(&boards, &names));
+            flags = flags::flags(&reached, &boards, &entries, &names);
         }
+        thinking::check(&scenario, CraftId::from_index(crafts.len()).0, &boards)?;
         if scenario.craft.is_empty() && scenario.fleet.crafts.is_none() {
             scenario.fleet.crafts = Some(CraftCount::Number(CraftId::from_index(crafts.len()).0));
         }
         scenario.topology.tree = Some(fleet::tree(&scenario));
         scenario.replication.strategies = Some(OneOrMany(strategies.clone()));
-        Ok(Self { scenario, crafts, topology, strategies, links, boards, names, notices })
+        Ok(Self { scenario, crafts, topology, strategies, links, boards, names, notices, flags })
+    }
+
+    /// Puts what is odd about the mission behind the other notices, at the places that `placed` gives.
+    pub(super) fn with_places(mut self, placed: impl Fn(Finding) -> ScenarioError) -> Self {
+        for flag in std::mem::take(&mut self.flags) {
+            let error = placed(flag);
+            let remedy = error.remedy().unwrap_or_default();
+            self.notices.push(match error.position() {
+                Some(position) => format!("{position}: {}; {remedy}", error.message()),
+                None => format!("{}; {remedy}", error.message()),
+            });
+        }
+        self
     }
 
     /// The same scenario with so many crafts, for fleets that are not listed.
@@ -127,6 +148,7 @@ impl ResolvedScenario {
             sends_altered_only: replication.send == SendPolicy::Altered,
             record_bytes: replication.record_bytes,
             turns_max: run.turns,
+            reasoning: self.scenario.reasoning,
             recovery: None,
             open: None,
         }

@@ -10,9 +10,9 @@ use super::generate::shared_facts;
 use super::nearest::listing;
 use super::offer;
 use shared_types::limits::{
-    BANDWIDTH_BITS_PER_S_MAX, BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, DELAY_MS_MAX,
-    INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX,
-    SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
+    BANDWIDTH_BITS_PER_S_MAX, BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, COST_MAX,
+    COST_MIN, DELAY_MS_MAX, INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, REAL_CRAFTS_MAX,
+    RECORD_PADDING_BYTES_MAX, SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
 };
 use shared_types::scenario::{
     GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, Scenario,
@@ -111,6 +111,18 @@ pub(super) fn check_outputs(count: usize, record_bytes: u32, place: &Place) -> R
     }
     Err(Finding::at(place.clone(), format!("{count} outputs of one firing are too many"))
         .help(format!("at most {fitting} records of {record_bytes} bytes fit one message")))
+}
+
+/// Whether the `cost` of the rule or action at `entry` is one that plans can add up.
+pub(super) fn check_cost(cost: Option<f64>, entry: &Place) -> Result<(), Finding> {
+    match cost {
+        Some(cost) if !(COST_MIN..=COST_MAX).contains(&cost) => {
+            Err(Finding::at(entry.then("cost"), format!("a cost of {cost} is impossible"))
+                .help(format!("use {COST_MIN} to {COST_MAX}, or leave it out for 1"))
+                .label("out of bounds"))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn check_link(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {

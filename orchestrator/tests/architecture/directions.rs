@@ -86,6 +86,19 @@ const RULES: &[Rule] = &[
         ],
         because: "reasoning reads networks and values, whoever holds them",
     },
+    Rule { module: "agent::control", never: OUTSIDE, because: NO_OUTSIDE },
+    Rule {
+        module: "agent::control",
+        never: &[
+            "agent::craft",
+            "agent::lockstep",
+            "agent::oracle",
+            "agent::replication",
+            "agent::simulation",
+            "shared_types::transport",
+        ],
+        because: "control looks at a board and chooses",
+    },
     Rule {
         module: "agent::lockstep",
         never: &[

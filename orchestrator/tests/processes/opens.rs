@@ -86,6 +86,7 @@ fn spec(epoch: u32, strategy: StrategyKind, duration_ns: u64) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 1,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: Some(OpenSpec {
             duration_ns,

@@ -21,4 +21,5 @@ mod resume;
 mod shared;
 mod sweep;
 mod terminal;
+mod thinking;
 mod usage;

@@ -1,7 +1,7 @@
 //! The immutable network of one board: rules, actions, initial and final facts, and the links of its
 //! facts to facts of other boards.
 
-use super::csr::{Csr, CsrView, numbers};
+use super::csr::{Csr, CsrView, numbers, words};
 use super::fact::Value;
 use crate::ids::{CraftId, FactId};
 use rkyv::{Archive, Deserialize, Serialize};
@@ -74,6 +74,10 @@ pub struct BoardNetwork {
     pub initial: Vec<u32>,
     /// Final facts (ids, ascending).
     pub finals: Vec<u32>,
+    /// Per rule what running it costs, as the bits of an `f64` above 0; empty where each costs 1.
+    pub rule_costs: Vec<u64>,
+    /// Per action the same.
+    pub action_costs: Vec<u64>,
 }
 
 impl BoardNetwork {
@@ -108,6 +112,8 @@ impl BoardNetwork {
         ] {
             list.clear();
         }
+        self.rule_costs.clear();
+        self.action_costs.clear();
     }
 
     /// Reads the network in place.
@@ -125,6 +131,8 @@ impl BoardNetwork {
             repeating_actions: &self.repeating_actions,
             initial: &self.initial,
             finals: &self.finals,
+            rule_costs: &self.rule_costs,
+            action_costs: &self.action_costs,
         }
     }
 }
@@ -145,6 +153,8 @@ impl ArchivedBoardNetwork {
             repeating_actions: numbers(&self.repeating_actions),
             initial: numbers(&self.initial),
             finals: numbers(&self.finals),
+            rule_costs: words(&self.rule_costs),
+            action_costs: words(&self.action_costs),
         }
     }
 }
@@ -173,6 +183,8 @@ pub struct BoardView<'a> {
     pub repeating_actions: &'a [u32],
     pub initial: &'a [u32],
     pub finals: &'a [u32],
+    pub rule_costs: &'a [u64],
+    pub action_costs: &'a [u64],
 }
 
 impl<'a> BoardView<'a> {
@@ -221,7 +233,21 @@ impl<'a> BoardView<'a> {
         self.finals.binary_search(&fact.0).is_ok()
     }
 
-    /// Whether every id in the network names something that exists.
+    /// What running `rule` costs, its premises apart.
+    #[inline]
+    #[must_use]
+    pub fn rule_cost(&self, rule: u32) -> f64 {
+        self.rule_costs.get(rule as usize).map_or(1.0, |&bits| f64::from_bits(bits))
+    }
+
+    /// What running `action` costs.
+    #[inline]
+    #[must_use]
+    pub fn action_cost(&self, action: u32) -> f64 {
+        self.action_costs.get(action as usize).map_or(1.0, |&bits| f64::from_bits(bits))
+    }
+
+    /// Whether every id in the network names something that exists, and every cost is one.
     #[must_use]
     pub fn is_valid(&self, craft_count: usize) -> bool {
         let facts = self.fact_count;
@@ -244,9 +270,17 @@ impl<'a> BoardView<'a> {
                 row.len().is_multiple_of(2)
                     && row.chunks_exact(2).all(|pair| (pair[0] as usize) < craft_count)
             })
+            && are_costs(self.rule_costs, rules)
+            && are_costs(self.action_costs, actions)
             && ascends_below(self.repeating_rules, self.rule_count())
             && ascends_below(self.repeating_actions, self.action_count())
             && ascends_below(self.initial, facts)
             && ascends_below(self.finals, facts)
     }
+}
+
+/// Whether there is no cost, or one for each of `count`, finite and above 0.
+fn are_costs(costs: &[u64], count: usize) -> bool {
+    let is_cost = |&bits: &u64| f64::from_bits(bits).is_finite() && f64::from_bits(bits) > 0.0;
+    costs.is_empty() || (costs.len() == count && costs.iter().all(is_cost))
 }

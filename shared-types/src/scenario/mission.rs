@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `[[rule]]`: when all of `if` holds, the craft may fire it.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct RuleEntry {
     /// What reports call it; default its text, `if a and !b then c`.
@@ -34,10 +34,13 @@ pub struct RuleEntry {
     /// Whether it may fire more than once in a trial; default false.
     #[serde(default)]
     pub repeat: bool,
+    /// What running it costs a plan, above 0; default 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost: Option<f64>,
 }
 
 /// `[[action]]`: something a craft does, once a rule has queued it.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ActionEntry {
     /// Its name, unique on each craft.
@@ -53,6 +56,9 @@ pub struct ActionEntry {
     /// Whether it may run more than once in a trial; default false.
     #[serde(default)]
     pub repeat: bool,
+    /// What running it costs a plan, above 0; default 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost: Option<f64>,
 }
 
 /// `[[boundary]]`: one fact that several crafts share; any of them may write it.

@@ -25,6 +25,7 @@ pub use replication::{RECORD_BYTES_MIN, Replication, SendPolicy};
 pub use run::{Run, RunMode};
 pub use trace::Trace;
 
+use crate::reasoning::Reasoning;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +46,8 @@ pub struct Scenario {
     pub replication: Replication,
     /// How often, how long, from which seed.
     pub run: Run,
+    /// How crafts choose what they fire, and keep their boards small.
+    pub reasoning: Reasoning,
     /// What is written and read in open mode.
     pub trace: Trace,
     /// What fleets are offered in open mode, load by load; left out, `run.rate-per-s` is the only one.

@@ -1,6 +1,7 @@
 //! What a craft must know of an epoch besides the networks.
 
 use super::{OpenSpec, RecoverySpec};
+use crate::reasoning::Reasoning;
 use rkyv::{Archive, Deserialize, Serialize};
 use schemars::JsonSchema;
 
@@ -142,6 +143,8 @@ pub struct EpochSpec {
     pub record_bytes: u32,
     /// Firings that this epoch may reach at most per craft, so that nothing grows while it runs.
     pub turns_max: u32,
+    /// How crafts choose what they fire, and keep their boards small.
+    pub reasoning: Reasoning,
     /// How the trace is played that travels with the networks; `None` in lockstep.
     pub open: Option<OpenSpec>,
     /// How losses are repaired; `None` if they are detected and counted only.

@@ -1,6 +1,7 @@
 //! What a craft counted in one trial.
 
 use super::OpenReport;
+use crate::reasoning::ReasoningReport;
 use rkyv::{Archive, Deserialize, Serialize};
 
 /// How many classes of traffic there are.
@@ -182,6 +183,8 @@ pub struct TrialReport {
     pub cpu_ns: u64,
     /// Resident memory at the report, bytes; 0 in simulation.
     pub resident_bytes: u64,
+    /// What its thinking came to; `None` where it only draws, and for the centre and its clients.
+    pub reasoning: Option<ReasoningReport>,
     /// What it measured in open mode; `None` in lockstep.
     pub open: Option<OpenReport>,
 }

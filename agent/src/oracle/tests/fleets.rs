@@ -23,6 +23,7 @@ pub(super) fn mission_spec() -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 24,
         turns_max: 50,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: None,
     }

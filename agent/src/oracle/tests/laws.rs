@@ -1,10 +1,10 @@
 //! Identities of the counts, and laws of the boards, on random fleets.
 
 use super::fleets::{Shape, any_shape, crafts, mission_spec, single_link_fleet, symmetric_fleet};
-use crate::oracle::{Expected, Replay};
-use proptest::prelude::{ProptestConfig, prop_assert, prop_assert_eq, proptest};
-use shared_types::ids::{CraftId, FactId};
-use shared_types::knowledge::{FleetNetwork, FleetView, Value};
+use crate::oracle::{Expected, History, Replay};
+use proptest::prelude::{ProptestConfig, any, prop_assert, prop_assert_eq, proptest};
+use shared_types::ids::{CraftId, FactId, Turn};
+use shared_types::knowledge::{FactState, FleetNetwork, FleetView, Value};
 use shared_types::wire::{EpochSpec, StrategyKind};
 use std::collections::BTreeSet;
 
@@ -184,6 +184,24 @@ proptest! {
                         replay.boards[target.craft.index()][target.fact.index()]
                     );
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn the_history_of_a_trial_ends_with_its_boards(shape in any_shape(), altered in any::<bool>()) {
+        let network = symmetric_fleet(shape);
+        let fleet = network.view();
+        let spec = EpochSpec { sends_altered_only: altered, ..spec(shape) };
+        let replay = Replay::of(&fleet, &spec);
+        let history = History::of(&replay, &fleet, &spec);
+        let after = Turn(replay.turns);
+        for craft in crafts(&network) {
+            for fact in (0..fleet.board(craft).fact_count).map(FactId) {
+                let state = replay.boards[craft.index()][fact.index()];
+                let last = history.entries(craft, fact).last();
+                prop_assert_eq!(last.map_or(FactState::default(), |entry| entry.state), state);
+                prop_assert_eq!(history.value_before(craft, fact, after), state.value);
             }
         }
     }

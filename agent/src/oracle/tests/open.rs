@@ -40,6 +40,7 @@ fn spec(strategy: StrategyKind) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 1,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: Some(OpenSpec {
             duration_ns: 1_000_000,

@@ -5,6 +5,7 @@ use crate::oracle::{Observed, Replay, compare};
 use crate::simulation::Simulation;
 use proptest::prelude::{ProptestConfig, prop_assert, prop_assert_eq, proptest};
 use shared_types::knowledge::FleetNetwork;
+use shared_types::reasoning::{Policy, Reasoning};
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::wire::{EpochSpec, StrategyKind};
 
@@ -34,6 +35,13 @@ fn differences(network: &FleetNetwork, spec: &EpochSpec, strategy: StrategyKind)
     compare(&replay, &expected, &observed).iter().map(ToString::to_string).collect()
 }
 
+/// A policy, and slices of upkeep, which change nothing.
+fn reasoning(options: u32) -> Reasoning {
+    let policy = [Policy::Random, Policy::Naive, Policy::BestPath][(options / 8 % 3) as usize];
+    let every = options / 24 % 3;
+    Reasoning { policy, prune_every_turns: every, maintain_every_turns: every, maintain_items: 7 }
+}
+
 fn spec(shape: Shape, options: u32) -> EpochSpec {
     EpochSpec {
         seed: shape.seed,
@@ -41,15 +49,16 @@ fn spec(shape: Shape, options: u32) -> EpochSpec {
         ignores_finals: options & 2 != 0,
         sends_altered_only: options & 4 != 0,
         turns_max: 12,
+        reasoning: reasoning(options),
         ..mission_spec()
     }
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(120))]
 
     #[test]
-    fn missions_equal_the_replay_under_every_strategy(shape in any_shape(), options in 0_u32..8) {
+    fn missions_equal_the_replay_under_every_strategy(shape in any_shape(), options in 0_u32..72) {
         let network = symmetric_fleet(shape);
         for strategy in StrategyKind::ALL {
             let found = differences(&network, &spec(shape, options), strategy);
@@ -59,7 +68,7 @@ proptest! {
 
     #[test]
     fn directed_links_equal_the_replay_under_every_strategy(
-        shape in any_shape(), options in 0_u32..8,
+        shape in any_shape(), options in 0_u32..72,
     ) {
         let network = single_link_fleet(shape);
         for strategy in StrategyKind::ALL {

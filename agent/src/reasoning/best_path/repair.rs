@@ -16,8 +16,7 @@ use shared_types::knowledge::{BoardView, Literal};
 
 /// Costs of one board's literals, kept right.
 #[derive(Clone, Debug)]
-pub struct Repair<'a> {
-    board: BoardView<'a>,
+pub struct Repair {
     producers: Producers,
     costs: Costs,
     is_known: Vec<bool>,
@@ -27,15 +26,32 @@ pub struct Repair<'a> {
     queue: Queue,
     /// Literals whose cost was changed by the last change.
     touched: usize,
+    /// What costs more is out of reach.
+    limit: f64,
 }
 
-impl<'a> Repair<'a> {
+impl Repair {
     /// The costs of `board` when `known` holds.
     ///
     /// # Errors
     /// If a rule costs nothing.
     pub fn new(
-        board: BoardView<'a>,
+        board: &BoardView<'_>,
+        costs: Costs,
+        known: impl IntoIterator<Item = Literal>,
+    ) -> Result<Self, CostError> {
+        Self::within(f64::INFINITY, board, costs, known)
+    }
+
+    /// The same, where what costs more than `limit` counts as out of reach: with sums that double from
+    /// step to step costs grow beyond what numbers tell apart, and what cannot be told apart cannot be
+    /// put in order.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn within(
+        limit: f64,
+        board: &BoardView<'_>,
         costs: Costs,
         known: impl IntoIterator<Item = Literal>,
     ) -> Result<Self, CostError> {
@@ -45,47 +61,54 @@ impl<'a> Repair<'a> {
         }
         let literals = 2 * board.fact_count as usize;
         let mut repair = Self {
-            producers: Producers::of(&board),
+            producers: Producers::of(board),
             costs,
             is_known: vec![false; literals],
             cost: vec![f64::INFINITY; literals],
             said: vec![(f64::INFINITY, Via::Known); literals],
             queue: Queue::new(),
             touched: 0,
-            board,
+            limit,
         };
         for literal in known {
             repair.is_known[literal.0 as usize] = true;
-            repair.ask(literal.0);
+            repair.ask(board, literal.0);
         }
         for rule in 0..board.rule_count() {
             if board.premises.row(rule as usize).is_empty() {
-                repair.ask_about(rule);
+                repair.ask_about(board, rule);
             }
         }
-        repair.settle();
+        repair.settle(board);
         Ok(repair)
     }
 
-    /// From now on `literal` holds, or does not hold by itself.
-    pub fn set_known(&mut self, literal: Literal, is_known: bool) {
-        if std::mem::replace(&mut self.is_known[literal.0 as usize], is_known) != is_known {
-            self.ask(literal.0);
-            self.settle();
+    /// From now on `literal` holds, or does not hold by itself; returns whether that is new.
+    pub fn set_known(&mut self, board: &BoardView<'_>, literal: Literal, is_known: bool) -> bool {
+        let before = std::mem::replace(&mut self.is_known[literal.0 as usize], is_known);
+        if before != is_known {
+            self.ask(board, literal.0);
+            self.settle(board);
         }
+        before != is_known
     }
 
     /// From now on `rule` costs `cost`.
     ///
     /// # Errors
     /// If that is nothing, negative or no number; nothing changes then.
-    pub fn set_rule_cost(&mut self, rule: u32, cost: f64) -> Result<(), CostError> {
+    pub fn set_rule_cost(
+        &mut self,
+        board: &BoardView<'_>,
+        rule: u32,
+        cost: f64,
+    ) -> Result<(), CostError> {
         if cost <= 0.0 {
             return Err(CostError::Value { what: "rule", index: rule as usize });
         }
         self.costs.set_rule(rule, cost)?;
-        self.ask_about(rule);
-        self.settle();
+        self.ask_about(board, rule);
+        self.settle(board);
         Ok(())
     }
 
@@ -103,8 +126,8 @@ impl<'a> Repair<'a> {
 
     /// The plan for `goal`; `None` if it cannot be made to hold.
     #[must_use]
-    pub fn plan(&self, goal: Literal) -> Option<Plan> {
-        Plan::towards(goal, &self.board, &self.costs, |literal| {
+    pub fn plan(&self, board: &BoardView<'_>, goal: Literal) -> Option<Plan> {
+        Plan::towards(goal, board, &self.costs, |literal| {
             let cost = self.cost(literal);
             let via = (cost < f64::INFINITY).then(|| self.said[literal.0 as usize].1);
             (cost, via)
@@ -112,7 +135,7 @@ impl<'a> Repair<'a> {
     }
 
     /// Makes costs and what is said agree everywhere.
-    fn settle(&mut self) {
+    fn settle(&mut self, board: &BoardView<'_>) {
         self.touched = 0;
         while let Some(Entry { cost: key, literal }) = self.queue.pop() {
             let at = literal as usize;
@@ -126,45 +149,44 @@ impl<'a> Repair<'a> {
                 self.cost[at] = said;
             } else {
                 self.cost[at] = f64::INFINITY;
-                self.ask(literal);
+                self.ask(board, literal);
             }
-            let board = self.board;
             for &packed in board.readers.row(at >> 1) {
                 if packed & 1 == literal & 1 {
-                    self.ask_about(packed >> 1);
+                    self.ask_about(board, packed >> 1);
                 }
             }
         }
     }
 
     /// Asks the producers of everything that `rule` writes.
-    fn ask_about(&mut self, rule: u32) {
-        for &output in self.board.outputs.row(rule as usize) {
-            self.ask(output);
+    fn ask_about(&mut self, board: &BoardView<'_>, rule: u32) {
+        for &output in board.outputs.row(rule as usize) {
+            self.ask(board, output);
         }
-        for &action in self.board.queues.row(rule as usize) {
-            for &output in self.board.action_outputs.row(action as usize) {
-                self.ask(output);
+        for &action in board.queues.row(rule as usize) {
+            for &output in board.action_outputs.row(action as usize) {
+                self.ask(board, output);
             }
         }
     }
 
     /// What the producers of `literal` say now; where that disagrees with its cost it is put in line.
-    fn ask(&mut self, literal: u32) {
+    fn ask(&mut self, board: &BoardView<'_>, literal: u32) {
         let at = literal as usize;
-        let said = self.cheapest(literal);
+        let said = self.cheapest(board, literal);
         self.said[at] = said;
         if said.0 != self.cost[at] {
             self.queue.push(Entry { cost: f64::min(said.0, self.cost[at]), literal });
         }
     }
 
-    fn cheapest(&self, literal: u32) -> (f64, Via) {
+    fn cheapest(&self, board: &BoardView<'_>, literal: u32) -> (f64, Via) {
         if self.is_known[literal as usize] {
             return (0.0, Via::Known);
         }
         let of_rule = |rule: u32| {
-            let premises = self.board.premises.row(rule as usize);
+            let premises = board.premises.row(rule as usize);
             self.costs.of_rule(rule, premises, |premise| self.cost[premise as usize])
         };
         let mut best = (f64::INFINITY, Via::Known);
@@ -182,6 +204,6 @@ impl<'a> Repair<'a> {
                 }
             }
         }
-        best
+        if best.0 > self.limit { (f64::INFINITY, Via::Known) } else { best }
     }
 }

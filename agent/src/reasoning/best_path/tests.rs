@@ -96,7 +96,7 @@ proptest! {
         let (view, known) = (network.view(), initial(&network));
         let costs = costs(&view, Combine::Sum, 0, &mut stream);
         let goals = [0; 3].map(|_| Literal(stream.below(2 * view.fact_count)));
-        let kept = Sound::new(view, known.iter().copied(), goals).kept();
+        let kept = Sound::new(&view, known.iter().copied(), goals).kept(&view);
         for goal in goals {
             let cost_with = |kept: Option<&Kept>| {
                 let mut solver = Solver::default();
@@ -117,12 +117,12 @@ proptest! {
         let (view, mut known) = (network.view(), initial(&network));
         let combine = if is_sum { Combine::Sum } else { Combine::Max };
         let mut costs = costs(&view, combine, 1, &mut stream);
-        let mut repair = Repair::new(view, costs.clone(), known.iter().copied()).unwrap();
+        let mut repair = Repair::new(&view, costs.clone(), known.iter().copied()).unwrap();
         for _ in 0..changes {
             if stream.below(4) == 0 {
                 let (rule, cost) = (stream.below(view.rule_count()), stream.between(1, 9));
                 costs.set_rule(rule, f64::from(cost)).unwrap();
-                repair.set_rule_cost(rule, f64::from(cost)).unwrap();
+                repair.set_rule_cost(&view, rule, f64::from(cost)).unwrap();
             } else {
                 let literal = Literal(stream.below(2 * view.fact_count));
                 let is_known = !known.contains(&literal);
@@ -131,7 +131,7 @@ proptest! {
                 } else {
                     known.retain(|&one| one != literal);
                 }
-                repair.set_known(literal, is_known);
+                repair.set_known(&view, literal, is_known);
             }
             let mut solver = Solver::default();
             solver.solve(&view, &costs, None, known.iter().copied(), None);
@@ -140,7 +140,7 @@ proptest! {
             }
         }
         let goal = Literal(stream.below(2 * view.fact_count));
-        if let Some(plan) = repair.plan(goal) {
+        if let Some(plan) = repair.plan(&view, goal) {
             prop_assert!(leads_to_its_goal(&plan, &view, &known), "{plan:?}");
         }
     }
@@ -237,5 +237,5 @@ fn costs_that_are_none_are_refused_with_their_place() {
     let mut costs = Costs::uniform(&view, Combine::Sum);
     assert!(costs.set_rule(0, -1.0).is_err());
     costs.set_rule(0, 0.0).unwrap();
-    assert!(Repair::new(view, costs, []).is_err(), "free rules cannot be repaired");
+    assert!(Repair::new(&view, costs, []).is_err(), "free rules cannot be repaired");
 }

@@ -37,10 +37,9 @@ pub struct Slice {
 
 /// The maintenance of one board.
 #[derive(Clone, Debug)]
-pub struct Maintenance<'a> {
-    board: BoardView<'a>,
+pub struct Maintenance {
     settings: Settings,
-    sound: Sound<'a>,
+    sound: Sound,
     items: Items,
     /// By fact: how long it may be relied upon, when it was written, and whether a newer value of it has
     /// replaced what is held.
@@ -55,11 +54,11 @@ pub struct Maintenance<'a> {
     next: usize,
 }
 
-impl<'a> Maintenance<'a> {
+impl Maintenance {
     /// Everything on the board, nothing looked at yet; `sound` tells what can serve a goal.
     #[must_use]
-    pub fn new(board: BoardView<'a>, settings: Settings, sound: Sound<'a>) -> Self {
-        let items = Items::of(&board);
+    pub fn new(board: &BoardView<'_>, settings: Settings, sound: Sound) -> Self {
+        let items = Items::of(board);
         let facts = board.fact_count as usize;
         Self {
             settings,
@@ -72,7 +71,6 @@ impl<'a> Maintenance<'a> {
             do_not_collect: BTreeSet::new(),
             available: BTreeSet::new(),
             next: 0,
-            board,
         }
     }
 
@@ -83,15 +81,21 @@ impl<'a> Maintenance<'a> {
 
     /// `fact` was written at `now` and is `value` from then on. A value that differs from one that is
     /// held replaces it: the old one is kept in the stale archive, to explain later why a rule ran.
-    pub fn note_write(&mut self, fact: FactId, is_known: Option<Literal>, now: Nanos) {
+    pub fn note_write(
+        &mut self,
+        board: &BoardView<'_>,
+        fact: FactId,
+        is_known: Option<Literal>,
+        now: Nanos,
+    ) {
         let at = fact.index();
         for literal in [Literal::holds(fact), Literal::is_absent(fact)] {
-            self.sound.set_known(literal, is_known == Some(literal));
+            self.sound.set_known(board, literal, is_known == Some(literal));
         }
         self.is_replaced[at] = false;
         self.written[at] = is_known.map(|_| now);
         self.take_back(Item::Fact(fact.0));
-        self.bring_back();
+        self.bring_back(board);
     }
 
     /// Another source has a newer value of `fact` than the board: the board's is stale.
@@ -100,9 +104,9 @@ impl<'a> Maintenance<'a> {
     }
 
     /// A goal is added or dropped.
-    pub fn set_goal(&mut self, goal: Literal, is_goal: bool) {
-        self.sound.set_goal(goal, is_goal);
-        self.bring_back();
+    pub fn set_goal(&mut self, board: &BoardView<'_>, goal: Literal, is_goal: bool) {
+        self.sound.set_goal(board, goal, is_goal);
+        self.bring_back(board);
     }
 
     /// Which items are on the best ways to the goals: those of the plans in use and of as many
@@ -118,14 +122,14 @@ impl<'a> Maintenance<'a> {
     }
 
     /// Looks at up to `budget` items at `now`.
-    pub fn slice(&mut self, now: Nanos, budget: usize) -> Slice {
+    pub fn slice(&mut self, board: &BoardView<'_>, now: Nanos, budget: usize) -> Slice {
         let mut slice = Slice::default();
         for _ in 0..budget.min(self.items.count()) {
             let item = self.items.item(self.next);
             self.next = (self.next + 1) % self.items.count();
-            let status = self.status(item, now);
+            let status = self.status(board, item, now);
             slice.statuses[status as usize] += 1;
-            slice.moved += u32::from(self.act(item, status, now));
+            slice.moved += u32::from(self.act(board, item, status, now));
         }
         self.items.forget_stale(now, self.settings.stale_kept_ns);
         slice
@@ -139,7 +143,7 @@ impl<'a> Maintenance<'a> {
 
     /// The status of `item` at `now`.
     #[must_use]
-    pub fn status(&self, item: Item, now: Nanos) -> Status {
+    pub fn status(&self, board: &BoardView<'_>, item: Item, now: Nanos) -> Status {
         if self.items.is_fresh(item, now, self.settings.period_ns) {
             return Status::Current;
         }
@@ -148,14 +152,20 @@ impl<'a> Maintenance<'a> {
         {
             return Status::Stale;
         }
-        if !self.can_serve(item) {
+        if !self.can_serve(board, item) {
             return Status::Unused;
         }
-        if self.is_needed[self.items.index(item)] || self.is_kept_here(item) {
+        if self.is_needed[self.items.index(item)] || Self::is_kept_here(board, item) {
             Status::Used
         } else {
             Status::Unlikely
         }
+    }
+
+    /// What can serve a goal.
+    #[must_use]
+    pub const fn sound(&self) -> &Sound {
+        &self.sound
     }
 
     /// Where `item` is.
@@ -179,21 +189,21 @@ impl<'a> Maintenance<'a> {
         self.is_replaced[fact] || self.lifetimes[fact].is_over(written, now)
     }
 
-    fn can_serve(&self, item: Item) -> bool {
+    fn can_serve(&self, board: &BoardView<'_>, item: Item) -> bool {
         match item {
             Item::Fact(fact) => self.sound.keeps_fact(FactId(fact)),
             Item::Rule(rule) => self.sound.keeps_rule(rule),
-            Item::Action(action) => self.sound.keeps_action(action),
+            Item::Action(action) => self.sound.keeps_action(board, action),
         }
     }
 
     /// Boundary facts stay: another board may read them.
-    fn is_kept_here(&self, item: Item) -> bool {
-        matches!(item, Item::Fact(fact) if self.board.is_boundary(FactId(fact)))
+    fn is_kept_here(board: &BoardView<'_>, item: Item) -> bool {
+        matches!(item, Item::Fact(fact) if board.is_boundary(FactId(fact)))
     }
 
     /// Puts `item` where its status says; returns whether that is another place.
-    fn act(&mut self, item: Item, status: Status, now: Nanos) -> bool {
+    fn act(&mut self, board: &BoardView<'_>, item: Item, status: Status, now: Nanos) -> bool {
         let place = match status {
             Status::Current => return false,
             Status::Stale => Place::Stale { since: now },
@@ -205,7 +215,7 @@ impl<'a> Maintenance<'a> {
         if let Item::Fact(fact) = item {
             self.list(fact, status);
             if status == Status::Stale {
-                self.drop_value(fact);
+                self.drop_value(board, fact);
             }
         }
         let is_moved = self.items.put(item, place);
@@ -239,19 +249,19 @@ impl<'a> Maintenance<'a> {
     }
 
     /// A stale value is relied upon no longer.
-    fn drop_value(&mut self, fact: u32) {
+    fn drop_value(&mut self, board: &BoardView<'_>, fact: u32) {
         self.written[fact as usize] = None;
         self.is_replaced[fact as usize] = false;
         for literal in [Literal::holds(FactId(fact)), Literal::is_absent(FactId(fact))] {
-            self.sound.set_known(literal, false);
+            self.sound.set_known(board, literal, false);
         }
     }
 
     /// Takes back what can serve a goal again, and looks through what need not be collected.
-    fn bring_back(&mut self) {
+    fn bring_back(&mut self, board: &BoardView<'_>) {
         let unused: Vec<Item> = self.items.in_unused().collect();
         for item in unused {
-            if self.can_serve(item) {
+            if self.can_serve(board, item) {
                 self.take_back(item);
             }
         }

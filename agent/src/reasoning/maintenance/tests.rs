@@ -51,7 +51,7 @@ proptest! {
             needed: items(&network).into_iter().filter(|_| stream.below(3) == 0).collect(),
         };
         let mut maintenance =
-            Maintenance::new(view, SETTINGS, Sound::new(view, [], [goal]));
+            Maintenance::new(&view, SETTINGS, Sound::new(&view, [], [goal]));
         maintenance.set_needed(situation.needed.iter().copied());
         for change in 0..changes {
             let (fact, now) = (FactId(stream.below(shape.facts)), Nanos(u64::from(change)));
@@ -73,13 +73,13 @@ proptest! {
                     situation.known.retain(|(one, _)| one.fact() != fact);
                     situation.known.push((literal, now));
                     situation.replaced.retain(|&one| one != fact);
-                    maintenance.note_write(fact, Some(literal), now);
+                    maintenance.note_write(&view, fact, Some(literal), now);
                 }
             }
         }
         let now = Nanos(u64::from(changes) + 5);
         for item in items(&network) {
-            prop_assert_eq!(maintenance.status(item, now), status(&situation, item, now), "{:?}", item);
+            prop_assert_eq!(maintenance.status(&view, item, now), status(&situation, item, now), "{:?}", item);
         }
     }
 }
@@ -103,30 +103,30 @@ fn every_status_has_its_place_and_lists() {
     let network = small();
     let view = network.view();
     let goal = Literal::holds(FactId(2));
-    let mut maintenance = Maintenance::new(view, SETTINGS, Sound::new(view, [], [goal]));
+    let mut maintenance = Maintenance::new(&view, SETTINGS, Sound::new(&view, [], [goal]));
     for fact in [0, 1] {
         let literal = Literal::holds(FactId(fact));
-        maintenance.note_write(FactId(fact), Some(literal), Nanos(0));
+        maintenance.note_write(&view, FactId(fact), Some(literal), Nanos(0));
     }
     maintenance.set_lifetime(FactId(1), Lifetime::For(200));
     maintenance.set_needed([Item::Fact(0), Item::Rule(0), Item::Fact(2)]);
     let all = view.fact_count as usize + view.premises.row_count();
-    let slice = maintenance.slice(Nanos(1), all);
+    let slice = maintenance.slice(&view, Nanos(1), all);
     assert_eq!(slice.statuses, [0, 0, 2, 2, 3], "3 and its rule; 1 and its rule; the way");
     assert_eq!(maintenance.place(Item::Fact(0)), Place::Board);
     assert_eq!(maintenance.place(Item::Fact(1)), Place::Ancillary);
     assert_eq!(maintenance.place(Item::Rule(2)), Place::Unused);
     assert_eq!(maintenance.available().collect::<Vec<_>>(), [FactId(1)]);
     assert_eq!(maintenance.do_not_collect().collect::<Vec<_>>(), [FactId(1), FactId(3)]);
-    let again = maintenance.slice(Nanos(50), all);
+    let again = maintenance.slice(&view, Nanos(50), all);
     assert_eq!((again.statuses[Status::Current as usize], again.moved), (7, 0));
     // Its lifetime over, the second premise is archived, and its rule serves nothing any more.
-    maintenance.slice(Nanos(250), all);
+    maintenance.slice(&view, Nanos(250), all);
     assert_eq!(maintenance.place(Item::Fact(1)), Place::Stale { since: Nanos(250) });
-    maintenance.slice(Nanos(400), all);
+    maintenance.slice(&view, Nanos(400), all);
     assert_eq!(maintenance.place(Item::Rule(1)), Place::Unused);
     // Written again, it serves again, and so does its rule.
-    maintenance.note_write(FactId(1), Some(Literal::holds(FactId(1))), Nanos(410));
+    maintenance.note_write(&view, FactId(1), Some(Literal::holds(FactId(1))), Nanos(410));
     assert_eq!(maintenance.place(Item::Rule(1)), Place::Board);
     assert!(!maintenance.do_not_collect().any(|fact| fact == FactId(1)));
 }
@@ -137,17 +137,17 @@ fn a_full_store_lets_the_oldest_go_and_archives_forget() {
     let view = network.view();
     let settings = Settings { ancillary_items_max: 1, ..SETTINGS };
     let goal = Literal::holds(FactId(2));
-    let mut maintenance = Maintenance::new(view, settings, Sound::new(view, [], [goal]));
+    let mut maintenance = Maintenance::new(&view, settings, Sound::new(&view, [], [goal]));
     for fact in [0, 1] {
-        maintenance.note_write(FactId(fact), Some(Literal::holds(FactId(fact))), Nanos(0));
+        maintenance.note_write(&view, FactId(fact), Some(Literal::holds(FactId(fact))), Nanos(0));
     }
-    maintenance.slice(Nanos(1), 2);
+    maintenance.slice(&view, Nanos(1), 2);
     assert_eq!(maintenance.place(Item::Fact(0)), Place::Unused, "the oldest of two");
     assert_eq!(maintenance.place(Item::Fact(1)), Place::Ancillary);
     maintenance.note_replaced(FactId(1));
-    maintenance.slice(Nanos(200), 7);
+    maintenance.slice(&view, Nanos(200), 7);
     assert_eq!(maintenance.place(Item::Fact(1)), Place::Stale { since: Nanos(200) });
-    maintenance.slice(Nanos(1200), 1);
+    maintenance.slice(&view, Nanos(1200), 1);
     assert_ne!(maintenance.place(Item::Fact(1)), Place::Stale { since: Nanos(200) });
 }
 
@@ -155,7 +155,7 @@ fn a_full_store_lets_the_oldest_go_and_archives_forget() {
 fn a_cycle_is_a_share_of_the_period() {
     let network = small();
     let view = network.view();
-    let maintenance = Maintenance::new(view, SETTINGS, Sound::new(view, [], []));
+    let maintenance = Maintenance::new(&view, SETTINGS, Sound::new(&view, [], []));
     assert_eq!(maintenance.share(), 2, "7 items in 4 cycles");
     let without = |settings: Settings| settings.checked().unwrap_err();
     assert_eq!(without(Settings { period_ns: 0, ..SETTINGS }), SettingsError::NoPeriod);

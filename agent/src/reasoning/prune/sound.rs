@@ -17,8 +17,7 @@ use shared_types::knowledge::{BoardView, Literal};
 
 /// The closures of one board's network.
 #[derive(Clone, Debug)]
-pub struct Sound<'a> {
-    board: BoardView<'a>,
+pub struct Sound {
     producers: Producers,
     /// By literal: whether it is known, whether it is a goal.
     is_known: Vec<bool>,
@@ -36,19 +35,19 @@ pub struct Sound<'a> {
     work: Vec<u32>,
 }
 
-impl<'a> Sound<'a> {
+impl Sound {
     /// The closures of `board`, whose facts hold what `known` says, towards `goals`. Its boundary facts
     /// are open: other boards may write and read them.
     #[must_use]
     pub fn new(
-        board: BoardView<'a>,
+        board: &BoardView<'_>,
         known: impl IntoIterator<Item = Literal>,
         goals: impl IntoIterator<Item = Literal>,
     ) -> Self {
         let (literals, rules) = (2 * board.fact_count as usize, board.premises.row_count());
         let lengths = board.premises.rows().map(|row| row.len());
         let mut sound = Self {
-            producers: Producers::of(&board),
+            producers: Producers::of(board),
             is_known: vec![false; literals],
             is_goal: vec![false; literals],
             is_open: vec![false; board.fact_count as usize],
@@ -59,62 +58,61 @@ impl<'a> Sound<'a> {
             gained: Vec::new(),
             lost: Vec::new(),
             work: Vec::new(),
-            board,
         };
-        for rule in 0..sound.board.rule_count() {
+        for rule in 0..board.rule_count() {
             if sound.unmet[rule as usize] == 0 {
-                sound.gain(rule);
+                sound.gain(board, rule);
             }
         }
         for literal in known {
             sound.is_known[literal.0 as usize] = true;
-            sound.raise(literal.0);
+            sound.raise(board, literal.0);
         }
         for fact in (0..board.fact_count).filter(|&fact| board.is_boundary(FactId(fact))) {
             sound.is_open[fact as usize] = true;
-            sound.raise(fact << 1);
-            sound.raise(fact << 1 | 1);
+            sound.raise(board, fact << 1);
+            sound.raise(board, fact << 1 | 1);
         }
         sound.gained.clear();
         for goal in goals {
             sound.is_goal[goal.0 as usize] = true;
-            sound.want(goal.0);
+            sound.want(board, goal.0);
         }
-        for fact in 0..sound.board.fact_count {
+        for fact in 0..board.fact_count {
             if sound.is_open[fact as usize] {
-                sound.want(fact << 1);
-                sound.want(fact << 1 | 1);
+                sound.want(board, fact << 1);
+                sound.want(board, fact << 1 | 1);
             }
         }
         sound
     }
 
     /// From now on `literal` is known, or is not.
-    pub fn set_known(&mut self, literal: Literal, is_known: bool) {
+    pub fn set_known(&mut self, board: &BoardView<'_>, literal: Literal, is_known: bool) {
         let at = literal.0 as usize;
         if std::mem::replace(&mut self.is_known[at], is_known) == is_known {
             return;
         }
         if is_known {
-            self.raise(literal.0);
+            self.raise(board, literal.0);
         } else {
-            self.lower(literal.0);
+            self.lower(board, literal.0);
         }
-        self.follow_rules();
+        self.follow_rules(board);
     }
 
     /// From now on `literal` is a goal, or is not.
-    pub fn set_goal(&mut self, literal: Literal, is_goal: bool) {
+    pub fn set_goal(&mut self, board: &BoardView<'_>, literal: Literal, is_goal: bool) {
         let at = literal.0 as usize;
         if std::mem::replace(&mut self.is_goal[at], is_goal) == is_goal {
             return;
         }
         if is_goal {
-            self.want(literal.0);
+            self.want(board, literal.0);
         } else {
             let mut dropped = Vec::new();
-            self.drop_wish(literal.0, &mut dropped);
-            self.put_wishes_back(&dropped);
+            self.drop_wish(board, literal.0, &mut dropped);
+            self.put_wishes_back(board, &dropped);
         }
     }
 
@@ -133,20 +131,20 @@ impl<'a> Sound<'a> {
 
     /// Whether some plan can need the action.
     #[must_use]
-    pub fn keeps_action(&self, action: u32) -> bool {
-        let outputs = self.board.action_outputs.row(action as usize);
+    pub fn keeps_action(&self, board: &BoardView<'_>, action: u32) -> bool {
+        let outputs = board.action_outputs.row(action as usize);
         outputs.iter().any(|&literal| self.is_wanted[literal as usize])
             && self.producers.queuing(action).iter().any(|&rule| self.is_useful[rule as usize])
     }
 
     /// What is kept, as flags.
     #[must_use]
-    pub fn kept(&self) -> Kept {
+    pub fn kept(&self, board: &BoardView<'_>) -> Kept {
         Kept {
-            facts: (0..self.board.fact_count).map(|fact| self.keeps_fact(FactId(fact))).collect(),
+            facts: (0..board.fact_count).map(|fact| self.keeps_fact(FactId(fact))).collect(),
             rules: self.is_useful.clone(),
-            actions: (0..self.board.action_count())
-                .map(|action| self.keeps_action(action))
+            actions: (0..board.action_count())
+                .map(|action| self.keeps_action(board, action))
                 .collect(),
         }
     }
@@ -160,18 +158,18 @@ impl<'a> Sound<'a> {
     }
 
     /// Everything that can hold now that `literal` can.
-    fn raise(&mut self, literal: u32) {
+    fn raise(&mut self, board: &BoardView<'_>, literal: u32) {
         let mut work = std::mem::take(&mut self.work);
         work.push(literal);
         while let Some(literal) = work.pop() {
             if std::mem::replace(&mut self.can_hold[literal as usize], true) {
                 continue;
             }
-            for rule in readers(&self.board, literal) {
+            for rule in readers(board, literal) {
                 self.unmet[rule as usize] -= 1;
                 if self.unmet[rule as usize] == 0 {
                     self.gained.push(rule);
-                    each_output(&self.board, rule, |output| work.push(output));
+                    each_output(board, rule, |output| work.push(output));
                 }
             }
         }
@@ -179,14 +177,14 @@ impl<'a> Sound<'a> {
     }
 
     /// A rule without premises can always fire.
-    fn gain(&mut self, rule: u32) {
+    fn gain(&mut self, board: &BoardView<'_>, rule: u32) {
         let mut outputs = Vec::new();
-        each_output(&self.board, rule, |output| outputs.push(output));
-        outputs.into_iter().for_each(|output| self.raise(output));
+        each_output(board, rule, |output| outputs.push(output));
+        outputs.into_iter().for_each(|output| self.raise(board, output));
     }
 
     /// Takes away what leant on `literal`, then puts back what something else still holds.
-    fn lower(&mut self, literal: u32) {
+    fn lower(&mut self, board: &BoardView<'_>, literal: u32) {
         let mut work = vec![literal];
         let mut lowered = Vec::new();
         while let Some(literal) = work.pop() {
@@ -195,11 +193,11 @@ impl<'a> Sound<'a> {
                 continue;
             }
             lowered.push(literal);
-            for rule in readers(&self.board, literal) {
+            for rule in readers(board, literal) {
                 self.unmet[rule as usize] += 1;
                 if self.unmet[rule as usize] == 1 {
                     self.lost.push(rule);
-                    each_output(&self.board, rule, |output| work.push(output));
+                    each_output(board, rule, |output| work.push(output));
                 }
             }
         }
@@ -207,30 +205,30 @@ impl<'a> Sound<'a> {
             let can_fire = |rule: u32| self.unmet[rule as usize] == 0;
             let is_written = self.producers.of_literal(literal).any(can_fire);
             if is_written {
-                self.raise(literal);
+                self.raise(board, literal);
             }
         }
     }
 
     /// Follows rules that began or ceased to be able to fire back to what they read.
-    fn follow_rules(&mut self) {
+    fn follow_rules(&mut self, board: &BoardView<'_>) {
         let (lost, gained) = (std::mem::take(&mut self.lost), std::mem::take(&mut self.gained));
         let mut dropped = Vec::new();
         for &rule in &lost {
             if self.unmet[rule as usize] > 0 {
-                self.drop_rule(rule, &mut dropped);
+                self.drop_rule(board, rule, &mut dropped);
             }
         }
-        self.put_wishes_back(&dropped);
+        self.put_wishes_back(board, &dropped);
         for &rule in &gained {
-            self.use_rule(rule);
+            self.use_rule(board, rule);
         }
         (self.lost, self.gained) = (lost, gained);
         self.lost.clear();
         self.gained.clear();
     }
 
-    fn want(&mut self, literal: u32) {
+    fn want(&mut self, board: &BoardView<'_>, literal: u32) {
         let mut work = vec![literal];
         while let Some(literal) = work.pop() {
             if std::mem::replace(&mut self.is_wanted[literal as usize], true) {
@@ -239,29 +237,29 @@ impl<'a> Sound<'a> {
             for rule in self.producers.of_literal(literal) {
                 let at = rule as usize;
                 if self.unmet[at] == 0 && !std::mem::replace(&mut self.is_useful[at], true) {
-                    work.extend(self.board.premises.row(at));
+                    work.extend(board.premises.row(at));
                 }
             }
         }
     }
 
     /// Makes a rule useful that can fire and writes something wanted.
-    fn use_rule(&mut self, rule: u32) {
+    fn use_rule(&mut self, board: &BoardView<'_>, rule: u32) {
         let at = rule as usize;
         if self.unmet[at] > 0 || self.is_useful[at] {
             return;
         }
         let mut serves = false;
-        each_output(&self.board, rule, |output| serves |= self.is_wanted[output as usize]);
+        each_output(board, rule, |output| serves |= self.is_wanted[output as usize]);
         if serves {
             self.is_useful[at] = true;
-            let premises = self.board.premises.row(at);
-            premises.iter().for_each(|&premise| self.want(premise));
+            let premises = board.premises.row(at);
+            premises.iter().for_each(|&premise| self.want(board, premise));
         }
     }
 
     /// Takes away the wish for `literal`, and every use that leant on it.
-    fn drop_wish(&mut self, literal: u32, dropped: &mut Vec<u32>) {
+    fn drop_wish(&mut self, board: &BoardView<'_>, literal: u32, dropped: &mut Vec<u32>) {
         let mut work = vec![literal];
         while let Some(literal) = work.pop() {
             if self.is_wish(literal) || !std::mem::take(&mut self.is_wanted[literal as usize]) {
@@ -270,28 +268,28 @@ impl<'a> Sound<'a> {
             dropped.push(literal);
             for rule in self.producers.of_literal(literal) {
                 if std::mem::take(&mut self.is_useful[rule as usize]) {
-                    work.extend(self.board.premises.row(rule as usize));
+                    work.extend(board.premises.row(rule as usize));
                 }
             }
         }
     }
 
-    fn drop_rule(&mut self, rule: u32, dropped: &mut Vec<u32>) {
+    fn drop_rule(&mut self, board: &BoardView<'_>, rule: u32, dropped: &mut Vec<u32>) {
         if std::mem::take(&mut self.is_useful[rule as usize]) {
-            for &premise in self.board.premises.row(rule as usize) {
-                self.drop_wish(premise, dropped);
+            for &premise in board.premises.row(rule as usize) {
+                self.drop_wish(board, premise, dropped);
             }
         }
     }
 
     /// Puts back the uses, and so the wishes, that something else still holds.
-    fn put_wishes_back(&mut self, dropped: &[u32]) {
+    fn put_wishes_back(&mut self, board: &BoardView<'_>, dropped: &[u32]) {
         for &literal in dropped {
             let rules: Vec<u32> = self.producers.of_literal(literal).collect();
-            rules.into_iter().for_each(|rule| self.use_rule(rule));
-            let is_read = readers(&self.board, literal).any(|rule| self.is_useful[rule as usize]);
+            rules.into_iter().for_each(|rule| self.use_rule(board, rule));
+            let is_read = readers(board, literal).any(|rule| self.is_useful[rule as usize]);
             if is_read {
-                self.want(literal);
+                self.want(board, literal);
             }
         }
     }

@@ -63,7 +63,7 @@ proptest! {
         }
         let view = network.view();
         let (mut known, mut goals) = (initial(&network), some_literals(2, &network, &mut stream));
-        let mut sound = Sound::new(view, known.iter().copied(), goals.iter().copied());
+        let mut sound = Sound::new(&view, known.iter().copied(), goals.iter().copied());
         for _ in 0..changes {
             let literal = some_literals(1, &network, &mut stream)[0];
             let list = if stream.below(4) == 0 { &mut goals } else { &mut known };
@@ -74,11 +74,11 @@ proptest! {
             }
             // Removed from one of two equal goals it is a goal no longer.
             if goals.contains(&literal) || known.contains(&literal) || !is_added {
-                sound.set_goal(literal, goals.contains(&literal));
-                sound.set_known(literal, known.contains(&literal));
+                sound.set_goal(&view, literal, goals.contains(&literal));
+                sound.set_known(&view, literal, known.contains(&literal));
             }
         }
-        prop_assert_eq!(sound.kept(), reference::sound(&view, &known, &goals, &open));
+        prop_assert_eq!(sound.kept(&view), reference::sound(&view, &known, &goals, &open));
     }
 
     #[test]
@@ -86,7 +86,7 @@ proptest! {
         let (network, mut stream) = drawn(seed, true);
         let view = network.view();
         let (known, goals) = (initial(&network), some_literals(1, &network, &mut stream));
-        let kept = Sound::new(view, known.iter().copied(), goals.iter().copied()).kept();
+        let kept = Sound::new(&view, known.iter().copied(), goals.iter().copied()).kept(&view);
         let reaches = |uses: &dyn Fn(usize) -> bool| {
             let mut holds: Vec<u32> = known.iter().map(|literal| literal.0).collect();
             loop {
@@ -138,6 +138,6 @@ fn the_three_pruners_differ_where_they_should() {
     let kept = literal::prune(&view);
     assert_eq!((kept.rules, kept.actions), (vec![true, false], vec![true]));
     let goal = Literal::holds(FactId(2));
-    let kept = Sound::new(view, [Literal::holds(FactId(0))], [goal]).kept();
+    let kept = Sound::new(&view, [Literal::holds(FactId(0))], [goal]).kept(&view);
     assert_eq!((kept.facts, kept.rules), (vec![true, false, true], vec![false, true]));
 }

@@ -90,6 +90,7 @@ fn spec(strategy: StrategyKind, record_bytes: u32) -> EpochSpec {
         sends_altered_only: false,
         record_bytes,
         turns_max: 1,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: Some(OpenSpec {
             duration_ns: 50_000_000,

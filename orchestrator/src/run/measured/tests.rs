@@ -56,6 +56,7 @@ fn spec(strategy: StrategyKind) -> EpochSpec {
         sends_altered_only: false,
         record_bytes: 16,
         turns_max: 1_000,
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
         open: Some(INTERVAL),
     }

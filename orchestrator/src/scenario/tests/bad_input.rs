@@ -399,10 +399,85 @@ fn circles_of_rules_that_nothing_starts() {
     assert_eq!(
         scenario.unwrap().notices(),
         [
-            "the rule `if go then ready` of `a` can never fire",
-            "the rule `if ready then go, done` of `a` can never fire"
+            "mission.toml:4:1: the rule `if go then ready` of `a` can never fire; no chain leads to \
+             all its premises; assert them or remove it",
+            "mission.toml:7:1: the rule `if ready then go, done` of `a` can never fire; no chain \
+             leads to all its premises; assert them or remove it"
         ]
     );
+}
+
+/// What `text` is told of, one notice a line.
+fn told(text: &str) -> String {
+    load_text("mission.toml", text, &[]).unwrap().notices().join("\n")
+}
+
+#[test]
+fn odd_rules_are_told_with_their_place_and_a_remedy() {
+    let with = |lines: &str| told(&format!("{MISSION}{lines}\n"));
+    assert_eq!(told(MISSION), "");
+    let own = with("[[rule]]\ncraft = \"orbiter\"\nif = [\"in-orbit\"]\nthen = [\"in-orbit\"]");
+    assert!(own.contains("mission.toml:32:1: the rule `if in-orbit then in-orbit`"), "{own}");
+    assert!(own.contains("triggers itself by `in-orbit`"), "{own}");
+    // Through an action as well.
+    let action = "[[rule]]\ncraft = \"orbiter\"\nif = [\"target-seen\"]\nrun = [\"take-image\"]";
+    assert!(with(action).contains("triggers itself by `target-seen`"));
+    let endless = "[[rule]]\nif = [\"target-seen\"]\nthen = [\"x\"]\nrepeat = true";
+    let endless = with(endless);
+    assert!(endless.contains("of `orbiter` and another craft repeats and may"), "{endless}");
+    assert!(endless.contains("drop `repeat`"), "{endless}");
+    let ending = "[[rule]]\nif = [\"target-seen\"]\nthen = [\"!target-seen\"]\nrepeat = true";
+    assert_eq!(with(ending), "");
+    let twice =
+        "[[rule]]\ncraft = \"aerial\"\nif = [\"target-seen\"]\nthen = [\"target-confirmed\"]";
+    assert!(with(twice).contains("stands twice; remove one"));
+    let idle = with("[[action]]\ncraft = \"aerial\"\nname = \"land\"\nthen = [\"landed\"]");
+    assert!(idle.contains("32:1: no rule of `aerial` runs the action `land`"), "{idle}");
+}
+
+#[test]
+fn costs_and_names_that_are_none() {
+    check_rows(
+        r#"
+run = ["take-image"] => run = ["take-image"]\ncost = -1 | 22:8 | a cost of -1 is impossible | 0.001 to 1000000
+run = ["take-image"] => run = ["take-image"]\ncost = nan | 22:8 | a cost of NaN | 0.001 to 1000000
+run = ["take-image"] => run = ["take-image"]\ncost = inf | 22:8 | a cost of inf | 0.001 to 1000000
+then = ["target-seen"] => then = ["target-seen"]\ncost = 0 | 27:8 | a cost of 0 | leave it out
+then = ["target-seen"] => then = ["target-seen"]\ncost = "dear" | 27:8 | takes a number | plan
++ [[rule]]\nname = "r"\nif = ["target-seen"]\nthen = ["x"]\n[[rule]]\nname = "r"\nif = ["x"]\nthen = ["y"] | 6:8 | `orbiter` has two rules called `r` | rename
+"#,
+    );
+}
+
+#[test]
+fn thinking_that_cannot_be_done() {
+    check_rows(
+        r#"
++ [reasoning]\npolicy = "best" | 2:10 | unknown value `best` | `best-path`
++ [reasoning]\nmaintain-every-turns = 2\nmaintain-items = 0 | 3:18 | looks at nothing | at least 1
+final = ["target-confirmed"]\n => \n[reasoning]\npolicy = "best-path"\n | 14:10 | nothing is final | `naive`
+"#,
+    );
+    let many = "fleet.crafts = 100\n[network]\n[reasoning]\npolicy = \"best-path\"\n";
+    check(many, "4:10", "400000 facts, rules, actions and links", "at most 100000");
+    let central = "[reasoning]\nprune-every-turns = 1\n[replication]\nstrategy = \"central\"\n";
+    assert!(told(&format!("{MISSION}{central}")).contains("under `central` they have none"));
+    let open = "[reasoning]\npolicy = \"naive\"\n[run]\nmode = \"open\"\nrate-per-s = 10\nduration-s = 1\n";
+    assert!(told(&format!("{MISSION}{open}")).contains("no rule runs in mode `open`"));
+}
+
+/// A network may turn in a circle for ever; a trial of it ends with its turns.
+#[test]
+fn a_cyclic_mission_is_accepted_and_ends() {
+    let text = "[[craft]]\nname = \"a\"\ninitial = [\"on\"]\n[[rule]]\nif = [\"on\"]\n\
+                then = [\"!on\", \"off\"]\nrepeat = true\n[[rule]]\nif = [\"off\"]\n\
+                then = [\"!off\", \"on\"]\nrepeat = true\n";
+    let scenario = load_text("mission.toml", text, &[]).unwrap();
+    let mut network = shared_types::knowledge::FleetNetwork::default();
+    crate::scenario::compile(&scenario, 1, 0, &mut network);
+    let spec = scenario.epoch_spec(shared_types::wire::StrategyKind::Boundary, 0);
+    let replay = agent::oracle::Replay::of(&network.view(), &spec);
+    assert_eq!((replay.turns, replay.outcome), (200, agent::lockstep::Outcome::Dropped));
 }
 
 #[test]

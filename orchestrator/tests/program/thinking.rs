@@ -1,0 +1,98 @@
+//! How crafts think, as a user sees it: policies on real fleets, upkeep that changes nothing, and
+//! explanations of what happened.
+
+use crate::invocation::Place;
+use serde_json::Value;
+
+/// Runs `words` to exit code 0 (all counts are those of the replay) and returns the report.
+#[track_caller]
+fn report(place: &Place, words: &str) -> Value {
+    let words: Vec<&str> = words.split(' ').chain(["--format", "json"]).collect();
+    let finished = place.run(&words).expect_code(0);
+    place.assert_nothing_left(&[]);
+    serde_json::from_str(&finished.stdout).unwrap()
+}
+
+/// Path digests of all trials under all strategies.
+fn paths(report: &Value) -> Vec<(String, String)> {
+    let trials = report["deterministic"]["trials"].as_array().unwrap();
+    let text = |value: &Value| value.to_string();
+    trials.iter().map(|trial| (text(&trial["trial"]), text(&trial["path_digest"]))).collect()
+}
+
+#[test]
+fn real_fleets_plan_as_the_replay_does_under_every_strategy() {
+    let place = Place::for_fleets();
+    let words = |verb: &str, policy: &str| {
+        format!("{verb} planetary-survey --trials 2 --set reasoning.policy={policy}")
+    };
+    for policy in ["naive", "best-path"] {
+        let real = report(&place, &words("run", policy));
+        let simulated = report(&place, &words("simulate", policy));
+        assert_eq!(real["deterministic"], simulated["deterministic"], "{policy}");
+        let trials = real["deterministic"]["trials"].as_array().unwrap();
+        assert!(trials.iter().all(|trial| trial["end"] == "finished"), "{policy}: {trials:#?}");
+        let paths = paths(&real);
+        assert!(paths.len() > 10 && paths.iter().all(|path| path.1 == paths[0].1), "{paths:?}");
+    }
+}
+
+#[test]
+fn a_planned_mission_takes_fewer_firings_than_a_drawn_one() {
+    let place = Place::new();
+    let firings = |policy: &str| -> u64 {
+        let set = format!("--set reasoning.policy={policy}");
+        let words = format!("simulate planetary-survey --trials 5 --strategy boundary {set}");
+        let report = report(&place, &words);
+        let trials = report["deterministic"]["trials"].as_array().unwrap();
+        trials.iter().map(|trial| trial["firings"].as_u64().unwrap()).sum()
+    };
+    assert!(firings("best-path") < firings("random"));
+}
+
+#[test]
+fn upkeep_costs_time_and_changes_nothing() {
+    let place = Place::for_fleets();
+    let words = "run planetary-survey --trials 2 --strategies boundary,hierarchy";
+    let upkeep = "--set reasoning.prune-every-turns=2 --set reasoning.maintain-every-turns=3";
+    let without = report(&place, words);
+    let with = report(&place, &format!("{words} {upkeep}"));
+    assert_eq!(with["deterministic"]["trials"], without["deterministic"]["trials"]);
+    assert_eq!(without["timing"].get("reasoning"), None);
+    let cells = with["timing"]["reasoning"].as_array().unwrap();
+    assert_eq!(cells.len(), 2 * 9, "a cell for each craft and strategy");
+    for cell in cells {
+        let value = |metric: &str| cell["figures"][metric]["value"].as_f64().unwrap();
+        assert!(value("reasoning-prunings") > 0.0 && value("reasoning-slices") > 0.0, "{cell}");
+        assert!(value("reasoning-prune") > 0.0 && value("reasoning-maintain") > 0.0, "{cell}");
+        assert!(value("reasoning-kept-facts") > 0.0, "{cell}");
+    }
+    let all = place.run(&["report", "runs/latest", "--all", "--pictures", "none"]).expect_code(0);
+    assert!(all.stdout.contains("Thinking, a trial"), "{all}");
+    let long = place.files().join("runs/latest/measurements.csv");
+    assert!(std::fs::read_to_string(long).unwrap().contains("reasoning-slice-max"));
+}
+
+#[test]
+fn a_finished_run_is_explained_from_its_directory() {
+    let place = Place::new();
+    place.run(&["simulate", "planetary-survey", "--trials", "2", "--seed", "5"]).expect_code(0);
+    let why = |words: &[&str], code: i32| {
+        let finished = place.run(&[&["explain", "runs/latest"], words].concat()).expect_code(code);
+        let is_table = !words.contains(&"json");
+        let mut lines = finished.stdout.lines().chain(finished.stderr.lines());
+        assert!(!is_table || lines.all(|line| line.chars().count() <= 80), "{finished}");
+        finished
+    };
+    let end = why(&[], 0).stdout;
+    assert!(end.starts_with("orbiter: survey-complete holds, since turn"), "{end}");
+    assert!(end.contains("from the start") && end.contains("orbiter: in-orbit"), "{end}");
+    assert!(end.replace('\n', " ").contains("recorded path"), "{end}");
+    let json = why(&["ground-1.core-drawn", "--trial", "1", "--format", "json"], 0).stdout;
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((&json["is_recorded_path"], &json["trial"]), (&true.into(), &1.into()));
+    assert!(!json["steps"].as_array().unwrap().is_empty());
+    let other = why(&["ground-1.core-drown"], 2);
+    assert!(other.stderr.contains("did you mean"), "{other}");
+    place.run(&["explain", "nowhere"]).expect_code(2);
+}
