@@ -5,6 +5,8 @@
 //! every law; what only one adapter can do (verdicts, virtual time, files in shared memory) is tested
 //! in that file alone.
 
+#[cfg(feature = "shell")]
+mod crash_defects;
 mod fleet;
 #[cfg(feature = "shell")]
 mod iceoryx;

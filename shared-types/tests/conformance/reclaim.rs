@@ -9,7 +9,8 @@ use shared_types::transport::iceoryx::{
 };
 use shared_types::transport::paths::SHM;
 use shared_types::transport::reclaim::{
-    ReclaimError, Removed, UNFINISHED_AGE, reclaim_dead_nodes, remove_run, sweep_unfinished,
+    ReclaimError, Removed, Steps, UNFINISHED_AGE, left_of_the_dead, reclaim_dead_nodes,
+    reclaim_within, remove_run, sweep_unfinished,
 };
 use shared_types::transport::{Endpoint, Peers, RunPaths, WakeMode, clock};
 use std::fs::{self, File, FileTimes, Permissions};
@@ -18,10 +19,10 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
-const OPTIONS: EndpointOptions = EndpointOptions::new(2, WakeMode::Poll);
+pub(crate) const OPTIONS: EndpointOptions = EndpointOptions::new(2, WakeMode::Poll);
 
 /// Makes `path` look as old as what a killed process left.
-fn age(path: &Path) {
+pub(crate) fn age(path: &Path) {
     let long_ago = fs::metadata(path).and_then(|found| found.modified()).expect("is there")
         - 2 * UNFINISHED_AGE;
     let times = FileTimes::new().set_modified(long_ago);
@@ -33,37 +34,43 @@ fn segment(paths: &RunPaths, name: &str) -> PathBuf {
     Path::new(SHM).join(format!("{}{name}", paths.prefix()))
 }
 
-fn write_only(path: &Path) {
-    fs::set_permissions(path, Permissions::from_mode(0o200)).expect("its own file");
+pub(crate) fn set_mode(path: &Path, mode: u32) {
+    fs::set_permissions(path, Permissions::from_mode(mode)).expect("its own file");
 }
+
+/// Permissions of what iceoryx2 has not finished: of segments, of descriptions and tags; and finished.
+pub(crate) const SEGMENT_IN_THE_MAKING: u32 = 0o200;
+pub(crate) const FILE_IN_THE_MAKING: u32 = 0o600;
+const FINISHED: u32 = 0o400;
 
 #[test]
 fn unfinished_files_go_once_they_are_old_and_finished_ones_stay() {
     let run = Run::new();
-    let tags = run.paths.root().join("nodes/17");
-    fs::create_dir_all(&tags).expect("below the root");
+    let services = run.paths.root().join("services");
+    fs::create_dir_all(&services).expect("below the root");
     let names = ["empty", "write_only", "young", "whole"];
     let [empty, secret, young, whole] = names.map(|name| segment(&run.paths, name));
-    let (tag, finished_tag) = (tags.join("unfinished"), tags.join("finished"));
-    for path in [&empty, &young, &tag, &finished_tag] {
+    let (half, finished) = (services.join("unfinished"), services.join("finished"));
+    for path in [&empty, &young, &half, &finished] {
         File::create(path).expect("made");
     }
     for path in [&secret, &whole] {
         fs::write(path, b"data").expect("made");
     }
-    write_only(&secret);
-    write_only(&tag);
-    for path in [&empty, &secret, &whole, &tag, &finished_tag] {
+    set_mode(&secret, SEGMENT_IN_THE_MAKING);
+    for path in [&empty, &secret, &whole, &half, &finished] {
         age(path);
     }
+    set_mode(&half, FILE_IN_THE_MAKING);
+    set_mode(&finished, FINISHED);
     let pending = sweep_unfinished(&run.paths);
     assert!(matches!(pending, Err(ReclaimError::Pending { count: 1 })), "{pending:?}");
-    assert!(!empty.exists() && !secret.exists() && !tag.exists());
-    assert!(young.exists() && whole.exists() && finished_tag.exists());
+    assert!(!empty.exists() && !secret.exists() && !half.exists());
+    assert!(young.exists() && whole.exists() && finished.exists());
     age(&young);
     let removed = sweep_unfinished(&run.paths).expect("sweeps");
     assert_eq!(removed, Removed { segments: 1, files: 0, nodes: 0 });
-    assert!(whole.exists() && finished_tag.exists());
+    assert!(whole.exists() && finished.exists());
 }
 
 #[test]
@@ -104,7 +111,7 @@ fn spawn(role: &str, paths: &RunPaths, incarnation: u32) -> Child {
 }
 
 /// Starts craft 1 and waits until it is up.
-fn spawn_craft(paths: &RunPaths, incarnation: u32) -> Child {
+pub(crate) fn spawn_craft(paths: &RunPaths, incarnation: u32) -> Child {
     let mut child = spawn("reclaim::child_process", paths, incarnation);
     let output = BufReader::new(child.stdout.take().expect("piped"));
     let is_up = output.lines().map_while(Result::ok).any(|line| line.ends_with(UP));
@@ -151,17 +158,8 @@ fn restless_child_process() {
     }
 }
 
-/// Reclaims, as often as files are pending or iceoryx2 gives up half-way.
-fn reclaim_at_last(paths: &RunPaths) {
-    const ATTEMPTS: u32 = 100;
-    for attempt in 1..=ATTEMPTS {
-        match reclaim_dead_nodes(paths) {
-            Ok(_) => return,
-            Err(error) if attempt == ATTEMPTS => panic!("after {attempt} attempts: {error}"),
-            Err(_) => pause(20_000_000),
-        }
-    }
-}
+/// How long reclaiming may take: many times what it does.
+const RECLAIM_LIMIT_NS: u64 = 10_000_000_000;
 
 /// Lets time pass for the files of the dead to become old.
 fn pause(duration_ns: u64) {
@@ -185,7 +183,8 @@ fn crafts_killed_at_any_moment_of_opening_ports_are_reclaimed() {
         pause(u64::from(moments.below(30_000_000)));
         child.kill().expect("killed");
         child.wait().expect("reaped");
-        reclaim_at_last(&run.paths);
+        reclaim_within(&run.paths, Steps::ALL, RECLAIM_LIMIT_NS).expect("reclaims");
+        assert_eq!(left_of_the_dead(&run.paths).expect("listable"), [] as [PathBuf; 0]);
         zero.update_connections().expect("the living are not disturbed");
     }
     let mut child = spawn_craft(&run.paths, 1_000_000);
@@ -201,16 +200,20 @@ fn killed_crafts_are_reclaimed_and_their_successors_find_a_place() {
     let host = IceoryxHost::create(&run.paths, HostOptions::new(2)).expect("creates");
     let mut zero =
         IceoryxEndpoint::open(&run.paths, CraftId(0), Incarnation(0), OPTIONS).expect("opens");
+    let mut segments_after_one = None;
     // More lives than a service has slots for the dead.
     for incarnation in 0..12 {
         let mut child = spawn_craft(&run.paths, incarnation);
         assert_eq!(numbers(&drain(&mut zero)), [7]);
         child.kill().expect("killed");
         child.wait().expect("reaped");
-        let removed = reclaim_dead_nodes(&run.paths).expect("reclaims");
+        let removed = reclaim_dead_nodes(&run.paths, Steps::ALL).expect("reclaims");
         assert_eq!(removed.nodes, 1);
+        zero.update_connections().expect("the living are not disturbed");
+        let segments = run.paths.segments().expect("listable").len();
+        assert_eq!(*segments_after_one.get_or_insert(segments), segments, "nothing piles up");
     }
-    let removed = reclaim_dead_nodes(&run.paths).expect("nobody is dead");
+    let removed = reclaim_dead_nodes(&run.paths, Steps::ALL).expect("nobody is dead");
     assert_eq!(removed, Removed::default());
     drop((zero, host));
 }

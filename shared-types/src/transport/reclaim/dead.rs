@@ -1,0 +1,137 @@
+//! What dead processes hold in a living fleet: places in services, tags, monitors, segments.
+
+use super::files::{entries_of, files_below, is_of_the_dead, nodes_of, remove_file, segments_of};
+use super::unfinished::is_still_written;
+use super::{ReclaimError, Removed, Steps};
+use crate::transport::paths::RunPaths;
+use iceoryx2::node::{Node, NodeState, NodeView};
+use iceoryx2::prelude::{CallbackProgression, LogLevel, ipc, set_log_level};
+use std::collections::BTreeSet;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Frees and removes everything that dead processes of the run hold, as far as `steps` says. What was
+/// never finished must have been swept: iceoryx2's part waits for ever on an empty segment.
+pub(super) fn bury(paths: &RunPaths, steps: Steps) -> Result<Removed, ReclaimError> {
+    let mut removed = Removed::default();
+    if steps.tags {
+        removed.files += forget_unfinished_tags(paths)?;
+    }
+    let mut freed = BTreeSet::new();
+    if steps.places {
+        freed = free_places(paths)?;
+    }
+    removed.nodes = freed.len();
+    if steps.by_hand {
+        remove_what_is_left(paths, &freed, &mut removed)?;
+    }
+    Ok(removed)
+}
+
+/// Removes the unfinished tags of dead processes. The dead finish nothing, however young their files
+/// are, and one such tag makes iceoryx2 give up half-way and never try again.
+fn forget_unfinished_tags(paths: &RunPaths) -> Result<usize, ReclaimError> {
+    let mut removed = 0;
+    for (node, is_directory) in entries_of(&nodes_of(paths))? {
+        if !is_directory || !is_of_the_dead(&node) {
+            continue;
+        }
+        for tag in files_below(&node)? {
+            if std::fs::symlink_metadata(&tag).is_ok_and(|found| is_still_written(&found)) {
+                removed += usize::from(remove_file(&tag)?);
+            }
+        }
+    }
+    Ok(removed)
+}
+
+/// Lets iceoryx2 take every dead process off the services; returns their numbers. One that has no
+/// details was killed before it was a node: it has no port and no place, and iceoryx2 would look for it
+/// at its default paths.
+fn free_places(paths: &RunPaths) -> Result<BTreeSet<String>, ReclaimError> {
+    set_log_level(LogLevel::Fatal);
+    let config = paths.config()?;
+    let mut dead = Vec::new();
+    Node::<ipc::Service>::list(&config, |state| {
+        if let NodeState::Dead(view) = state {
+            dead.push(view);
+        }
+        CallbackProgression::Continue
+    })
+    .map_err(|error| ReclaimError::Nodes { count: 0, detail: format!("{error:?}") })?;
+    let (mut freed, mut failed, mut detail) = (BTreeSet::new(), 0, String::new());
+    for view in dead {
+        if view.details().is_none() {
+            continue;
+        }
+        let number = view.id().value().to_string();
+        match view.try_remove_stale_resources() {
+            Ok(()) => {
+                freed.insert(number);
+            }
+            Err(error) => {
+                failed += 1;
+                detail = error.to_string();
+            }
+        }
+    }
+    if failed == 0 { Ok(freed) } else { Err(ReclaimError::Nodes { count: failed, detail }) }
+}
+
+/// Removes the directories, monitors and segments of processes that are gone: of those that iceoryx2
+/// does not know, or of which it left something.
+fn remove_what_is_left(
+    paths: &RunPaths,
+    freed: &BTreeSet<String>,
+    removed: &mut Removed,
+) -> Result<(), ReclaimError> {
+    let mut orphans = BTreeSet::new();
+    for (entry, is_directory) in entries_of(&nodes_of(paths))? {
+        if !is_of_the_dead(&entry) {
+            continue;
+        }
+        orphans.extend(number_in(&entry, paths));
+        if is_directory {
+            for file in files_below(&entry)? {
+                removed.files += usize::from(remove_file(&file)?);
+            }
+            remove_directory(entry)?;
+        } else {
+            removed.files += usize::from(remove_file(&entry)?);
+        }
+    }
+    removed.nodes += orphans.difference(freed).count();
+    for segment in segments_of(paths)? {
+        if is_of_the_dead(&segment) {
+            removed.segments += usize::from(remove_file(&segment)?);
+        }
+    }
+    for (file, is_directory) in entries_of(&paths.root())? {
+        if !is_directory && is_of_the_dead(&file) {
+            removed.files += usize::from(remove_file(&file)?);
+        }
+    }
+    Ok(())
+}
+
+/// The number of the node that an entry of [`nodes_of`] belongs to.
+fn number_in(entry: &Path, paths: &RunPaths) -> Option<String> {
+    let name = entry.file_name()?.to_str()?;
+    let name = name.strip_prefix(&paths.prefix()).unwrap_or(name);
+    Some(name.split('.').next()?.to_owned())
+}
+
+fn remove_directory(directory: PathBuf) -> Result<(), ReclaimError> {
+    match std::fs::remove_dir(&directory) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(ReclaimError::io(&directory)(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What is there of processes that are gone, and of nobody else.
+pub(super) fn left_of_the_dead(paths: &RunPaths) -> Result<Vec<PathBuf>, ReclaimError> {
+    let files = segments_of(paths)?.into_iter().chain(files_below(&paths.root())?);
+    Ok(files.filter(|file| is_of_the_dead(file)).collect())
+}

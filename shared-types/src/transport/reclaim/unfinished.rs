@@ -1,0 +1,86 @@
+//! What somebody began to make and never finished: segments that are empty or may not be read yet,
+//! descriptions of services that may still be written.
+//!
+//! iceoryx2 says by permissions that something is finished: a segment gets the right to read last, a file
+//! loses the right to write. Finishing takes microseconds, so age tells what was left behind, unless its maker is stopped and will
+//! go on. What only the dead can have made needs no age.
+
+use super::files::{Life, files_below, lives_of, remove_file, segments_of};
+use super::{ReclaimError, Removed, UNFINISHED_AGE};
+use crate::transport::paths::RunPaths;
+use std::fs::Metadata;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+
+/// Removes segments and files of a run that were never finished and are left behind. Safe while the run
+/// lives.
+///
+/// # Errors
+/// Names the first file that cannot be removed, or says that some are too young to tell.
+pub fn sweep_unfinished(paths: &RunPaths) -> Result<Removed, ReclaimError> {
+    let mut removed = Removed::default();
+    let mut pending = 0;
+    for segment in segments_of(paths)? {
+        match judge(&segment, |found| found.len() == 0 || mode_of(found) == SEGMENT_IN_THE_MAKING) {
+            Verdict::LeftBehind => removed.segments += usize::from(remove_file(&segment)?),
+            Verdict::Young => pending += 1,
+            Verdict::Kept => {}
+        }
+    }
+    // Tags, which lie among the nodes, are left behind with their node or not at all.
+    for file in files_below(&paths.root().join("services"))? {
+        match judge(&file, is_still_written) {
+            Verdict::LeftBehind => removed.files += usize::from(remove_file(&file)?),
+            Verdict::Young => pending += 1,
+            Verdict::Kept => {}
+        }
+    }
+    if pending == 0 { Ok(removed) } else { Err(ReclaimError::Pending { count: pending }) }
+}
+
+/// Permissions of a segment until it may be read.
+const SEGMENT_IN_THE_MAKING: u32 = 0o200;
+
+/// Permissions of a description or tag until it is complete.
+const FILE_IN_THE_MAKING: u32 = 0o600;
+
+/// Whether a description or tag is not complete.
+pub(super) fn is_still_written(found: &Metadata) -> bool {
+    mode_of(found) == FILE_IN_THE_MAKING
+}
+
+fn mode_of(found: &Metadata) -> u32 {
+    found.permissions().mode() & 0o777
+}
+
+/// What follows from a look at a file.
+enum Verdict {
+    /// Finished, or gone, or still in the hands of somebody who lives.
+    Kept,
+    /// Unfinished, and it may be that somebody is finishing it.
+    Young,
+    /// Unfinished for good.
+    LeftBehind,
+}
+
+fn judge(path: &Path, is_unfinished: impl Fn(&Metadata) -> bool) -> Verdict {
+    let Some(found) = std::fs::symlink_metadata(path).ok().filter(is_unfinished) else {
+        return Verdict::Kept;
+    };
+    let lives = lives_of(path);
+    let is_anybody_dead = lives.contains(&Life::Gone);
+    if is_anybody_dead && lives.iter().all(|&life| life == Life::Gone) {
+        return Verdict::LeftBehind;
+    }
+    if !is_anybody_dead && lives.contains(&Life::Stopped) {
+        return Verdict::Kept;
+    }
+    // A time that lies ahead is a clock that was set back: as old as now.
+    let age = found.modified().ok().and_then(|touched| touched.elapsed().ok());
+    match age {
+        Some(age) if age >= UNFINISHED_AGE => Verdict::LeftBehind,
+        // Nothing of the dead is held up by what the living are just making between them.
+        _ if !lives.is_empty() && !is_anybody_dead => Verdict::Kept,
+        _ => Verdict::Young,
+    }
+}
