@@ -8,6 +8,8 @@ pub mod cli;
 pub mod commands;
 pub mod expectation;
 pub mod explanation;
+#[cfg(any(test, fuzzing))]
+pub mod fuzzing;
 pub mod launch;
 pub mod networks;
 pub mod outcome;

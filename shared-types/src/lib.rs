@@ -7,6 +7,8 @@
 #[cfg(not(all(target_os = "linux", target_pointer_width = "64", target_endian = "little")))]
 compile_error!("Slateswarm runs on 64-bit little-endian Linux, 5.9 or newer");
 
+#[cfg(any(test, fuzzing))]
+pub mod fuzzing;
 pub mod ids;
 pub mod knowledge;
 pub mod limits;

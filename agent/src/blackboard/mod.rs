@@ -239,7 +239,7 @@ impl Blackboard {
     ) -> Change {
         let fact = assignment.fact();
         let before = self.states[fact.index()];
-        let count = (before.version.count + 1).max(self.count_floor);
+        let count = before.version.count.saturating_add(1).max(self.count_floor);
         let version = Version { count, writer: craft };
         let value = assignment.wanted();
         self.states[fact.index()].version = version;

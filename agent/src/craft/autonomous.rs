@@ -214,7 +214,7 @@ impl Autonomous {
         if changes.iter().any(|change| change.version.writer != origin) {
             return Err(Refusal::Record);
         }
-        if turn + 1 != self.tally.next_turn && turn != self.tally.next_turn {
+        if turn.checked_add(1) != Some(self.tally.next_turn) && turn != self.tally.next_turn {
             counting.counters.losses.late += 1;
             return Ok(());
         }
@@ -224,7 +224,7 @@ impl Autonomous {
         self.strategy.plan_relay(&context, origin, source, changes, &mut self.plans);
         if !self.plans.requests.is_empty() {
             let mut onward = *header;
-            onward.hop_count += 1;
+            onward.hop_count = onward.hop_count.saturating_add(1);
             self.send_plans(&onward, counting, out);
         }
         let held_before = self.held.len();

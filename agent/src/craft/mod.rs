@@ -327,6 +327,11 @@ impl Craft {
         fleet: &FleetView<'_>,
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
+        // Nobody hears from itself, and a change is somebody's.
+        let is_somebodys = header.origin != self.craft.0 && header.origin < fleet.craft_count();
+        if header.source == self.craft.0 || (kind == Kind::Delta && !is_somebodys) {
+            return Err(Refusal::Record);
+        }
         let reader = self.read_changes(header, payload, fleet, false)?;
         if matches!(self.role, Role::OpenClient(_) | Role::OpenCentre(_)) {
             self.received_intended.clear();

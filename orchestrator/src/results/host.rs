@@ -40,7 +40,7 @@ impl HostCheck {
     /// Share of its time that the fixed loop waited for a CPU.
     #[must_use]
     pub fn spin_delay_share(&self) -> f64 {
-        let spun_ns = self.spin_before_ns + self.spin_after_ns;
+        let spun_ns = self.spin_before_ns.saturating_add(self.spin_after_ns);
         as_float(self.spin_delay_ns) / as_float(spun_ns.max(1))
     }
 }

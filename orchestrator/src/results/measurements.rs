@@ -27,6 +27,9 @@ pub const HEADER: [&str; 11] = [
     "unit",
 ];
 
+/// The phase of searches for capacity.
+const CAPACITY: &str = "capacity";
+
 /// The craft column of a sum over all processes.
 const FLEET: &str = "fleet";
 
@@ -43,12 +46,65 @@ pub fn is_about(row: &csv::ByteRecord) -> Option<(u32, u32)> {
     (row.len() == HEADER.len()).then_some((number(1)?, number(0)?))
 }
 
+/// What the rows of one record have in common.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct RowKey {
+    /// Which file has the record.
+    pub(super) phase: String,
+    /// Block, size, strategy, load and asking interval.
+    place: [String; 5],
+    /// Which trial, where there is one.
+    trial: String,
+}
+
+impl RowKey {
+    /// The fleet that the record is of: crafts, block.
+    pub(super) fn fleet(&self) -> Option<(u32, u32)> {
+        let [block, size, ..] = &self.place;
+        Some((size.parse().ok()?, block.parse().ok()?))
+    }
+}
+
+/// The key of a row; `None` of what is none.
+pub(super) fn key_of(row: &csv::ByteRecord) -> Option<RowKey> {
+    is_about(row)?;
+    let text = |place: usize| Some(std::str::from_utf8(row.get(place)?).ok()?.to_owned());
+    let phase = text(3)?;
+    // The trials of a search for capacity are its probes.
+    let trial = if phase == CAPACITY { String::new() } else { text(6)? };
+    Some(RowKey { phase, place: [text(0)?, text(1)?, text(2)?, text(4)?, text(5)?], trial })
+}
+
+/// Whether the rows of a record end with this one.
+pub(super) fn is_last_of_record(row: &csv::ByteRecord) -> bool {
+    matches!(row.get(8), Some(b"loss-missed-multicasts" | b"is-capacity"))
+}
+
+/// The key of a trial's rows.
+pub(super) fn trial_key(record: &TrialRecord) -> RowKey {
+    Rows::of_trial(record).key()
+}
+
+/// The key of a timing cell's rows.
+pub(super) fn timing_key(record: &TimingRecord) -> RowKey {
+    Rows::of_timing(record).key()
+}
+
+/// The key of the rows of a cell of open mode.
+pub(super) fn load_key(record: &LoadRecord) -> RowKey {
+    Rows::of_load(record).key()
+}
+
+/// The key of a search's rows.
+pub(super) fn capacity_key(record: &CapacityRecord) -> RowKey {
+    Rows::of_capacity(record).key()
+}
+
 /// All rows of one trial.
 #[must_use]
 pub fn trial_lines(record: &TrialRecord) -> Vec<u8> {
     let (facts, timing) = (&record.deterministic, &record.timing);
-    let mut rows = Rows::new(facts.cell, 0, "counted");
-    rows.trial = facts.trial.to_string();
+    let mut rows = Rows::of_trial(record);
     rows.push(FLEET, "turns", facts.turns, "turn");
     rows.push(FLEET, &format!("end-{}", facts.end.name()), 1, "trial");
     rows.push(FLEET, "firings", facts.firings, "firing");
@@ -88,7 +144,7 @@ pub fn trial_lines(record: &TrialRecord) -> Vec<u8> {
 /// All rows of one timing cell; its turn times themselves are in the interval log.
 #[must_use]
 pub fn timing_lines(record: &TimingRecord) -> Vec<u8> {
-    let mut rows = Rows::new(record.cell, record.again, "timed");
+    let mut rows = Rows::of_timing(record);
     rows.push(FLEET, "place", record.place, "cell");
     rows.push(FLEET, "epochs", record.epochs, "epoch");
     rows.push(FLEET, "turns", record.turns, "turn");
@@ -113,9 +169,7 @@ pub fn timing_lines(record: &TimingRecord) -> Vec<u8> {
 /// All rows of one cell of open mode; its events themselves are in the interval log.
 #[must_use]
 pub fn load_lines(record: &LoadRecord) -> Vec<u8> {
-    let mut rows = Rows::new(record.cell, record.again, "loaded");
-    rows.load.clone_from(&record.load);
-    rows.asks_every_ns = record.asks_every_ns.map_or_else(String::new, |every| every.to_string());
+    let mut rows = Rows::of_load(record);
     rows.push(FLEET, "place", record.place, "cell");
     rows.push(FLEET, "offered-rate", record.offered_per_s, "write/s");
     rows.push(FLEET, "duration", record.duration_ns, "ns");
@@ -165,8 +219,7 @@ pub fn load_lines(record: &LoadRecord) -> Vec<u8> {
 /// All rows of one search for capacity: the column `trial` numbers the loads that were tried.
 #[must_use]
 pub fn capacity_lines(record: &CapacityRecord) -> Vec<u8> {
-    let mut rows = Rows::new(record.cell, 0, "capacity");
-    rows.asks_every_ns = record.asks_every_ns.map_or_else(String::new, |every| every.to_string());
+    let mut rows = Rows::of_capacity(record);
     rows.push(FLEET, "place", record.place, "cell");
     rows.push(FLEET, "burst", record.burst, "write");
     for (number, probe) in record.probes.iter().enumerate() {
@@ -201,6 +254,34 @@ impl Rows {
         let label = Label { strategy: cell.strategy, again }.to_string();
         let (load, asks_every_ns, trial) = (String::new(), String::new(), String::new());
         Self { cell, label, phase, load, asks_every_ns, trial, rows: Vec::new() }
+    }
+
+    fn of_trial(record: &TrialRecord) -> Self {
+        let facts = &record.deterministic;
+        Self { trial: facts.trial.to_string(), ..Self::new(facts.cell, 0, "counted") }
+    }
+
+    fn of_timing(record: &TimingRecord) -> Self {
+        Self::new(record.cell, record.again, "timed")
+    }
+
+    fn of_load(record: &LoadRecord) -> Self {
+        let rows = Self::new(record.cell, record.again, "loaded");
+        Self { load: record.load.clone(), ..rows.asking(record.asks_every_ns) }
+    }
+
+    fn of_capacity(record: &CapacityRecord) -> Self {
+        Self::new(record.cell, 0, CAPACITY).asking(record.asks_every_ns)
+    }
+
+    fn asking(self, every_ns: Option<u64>) -> Self {
+        Self { asks_every_ns: every_ns.map_or_else(String::new, |every| every.to_string()), ..self }
+    }
+
+    fn key(self) -> RowKey {
+        let Self { cell, label, phase, load, asks_every_ns, trial, rows: _ } = self;
+        let place = [cell.block.to_string(), cell.size.to_string(), label, load, asks_every_ns];
+        RowKey { phase: phase.to_owned(), place, trial }
     }
 
     /// What a record says of a histogram of `events` whose values are in `unit`.

@@ -4,6 +4,7 @@
 //! state it was left; [`summary`] computes every figure from what was read, and nothing else does.
 //! Reports (see [`crate::report`]) only show figures. Not here: how anything is measured.
 
+mod complete;
 pub mod crafts;
 pub mod diff;
 pub mod directory;
@@ -30,7 +31,7 @@ pub mod summary;
 pub mod sweep;
 pub mod times;
 
-#[cfg(test)]
+#[cfg(any(test, fuzzing))]
 pub(crate) mod sample;
 #[cfg(test)]
 mod tests;

@@ -3,6 +3,7 @@
 //! Only the scenario's directory itself must exist. What is absent, torn or damaged is left out and
 //! listed, so that a report can say what it does not know.
 
+use super::complete;
 use super::event::{Event, EventLine};
 use super::histogram::{IntervalLog, STALENESS_TAG, from_interval_log};
 use super::inference::quantiles::Slice;
@@ -167,6 +168,8 @@ pub fn read_run(directory: &Path) -> Result<RunData, ReadError> {
         // Between the last event and the summary; while a run finishes this is its normal state.
         run.missing.push(Missing { file: SUMMARY_FILE.to_owned(), what: "absent".to_owned() });
     }
+    let lacks = complete::lacks(&run);
+    run.missing.extend(lacks);
     Ok(run)
 }
 

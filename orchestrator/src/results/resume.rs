@@ -1,17 +1,24 @@
 //! Goes on with a run that was cut off: what of its directory stands, and what must be the same.
 //!
-//! A fleet whose last event is there is complete; whatever a fleet that was cut off left is dropped,
+//! A fleet whose last event is there is complete, unless records and long form disagree on it, as a power
+//! cut may leave them; whatever a fleet that is not left is dropped,
 //! file by file, each replaced in one step, so that a kill meanwhile changes nothing that counts. What
 //! went wrong stays told. The seed decides everything else, so a run may only go on with the plan, the
 //! build and the host with which it began. Not here: which fleets are planned (the run loop asks).
 
+use super::complete;
 use super::event::{Event, EventLine};
+use super::load::{CapacityRecord, LoadRecord};
 use super::measurements::is_about;
 use super::provenance::Provenance;
 use super::read::read_run;
-use super::store::{EVENTS_FILE, MEASUREMENTS_FILE, SCENARIO_FILE, SUMMARY_FILE};
+use super::record::{Cell, TimingRecord, TrialRecord};
+use super::store::{
+    CAPACITIES_FILE, EVENTS_FILE, LOADS_FILE, MEASUREMENTS_FILE, SCENARIO_FILE, SUMMARY_FILE,
+    TIMINGS_FILE, TRIALS_FILE,
+};
 use crate::outcome::Outcome;
-use serde_json::Value;
+use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -68,6 +75,8 @@ pub struct Unfinished {
     provenance: Provenance,
     scenario: String,
     events: Vec<EventLine>,
+    /// Fleets of which something is lost.
+    doubtful: BTreeSet<FleetKey>,
     lock: File,
 }
 
@@ -84,6 +93,7 @@ impl Unfinished {
             |what: &str| lacks(format!("its {what} is lost, and without it nothing is sure"));
         Ok(Self {
             lock,
+            doubtful: complete::doubtful_fleets(&run),
             provenance: run.provenance.ok_or_else(|| lost("env.json"))?,
             scenario: run.scenario.ok_or_else(|| lost(SCENARIO_FILE))?,
             events: run.events,
@@ -116,7 +126,7 @@ impl Unfinished {
             Event::FleetDone { block, size, .. } => Some((size, block)),
             _ => None,
         });
-        done.collect()
+        done.filter(|fleet| !self.doubtful.contains(fleet)).collect()
     }
 
     /// The worst that has happened: in complete fleets whatever they ended with, in one that was cut off
@@ -124,7 +134,9 @@ impl Unfinished {
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         let bad = self.events.iter().filter_map(|line| match line.event {
-            Event::FleetDone { code, .. } => Outcome::from_code(code),
+            Event::FleetDone { block, size, code } => {
+                Outcome::from_code(code).filter(|_| !self.doubtful.contains(&(size, block)))
+            }
             Event::Discrepancy { .. } => Some(Outcome::Broken),
             _ => None,
         });
@@ -163,18 +175,28 @@ impl Unfinished {
         names.sort();
         for name in names {
             let path = self.directory.join(&name);
-            let is_lines = Path::new(&name).extension().is_some_and(|ending| ending == "jsonl");
-            if name == SUMMARY_FILE || (name.starts_with('.') && name.ends_with(".partial")) {
-                std::fs::remove_file(&path).map_err(|error| failed(&path, error))?;
-            } else if name == EVENTS_FILE {
-                keep(&path, &kept_events).map_err(|error| failed(&path, error))?;
-            } else if name == MEASUREMENTS_FILE {
-                keep(&path, &|text| kept_rows(text, &done))
-                    .map_err(|error| failed(&path, error))?;
-            } else if is_lines {
-                keep(&path, &|text| kept_records(text, &done))
-                    .map_err(|error| failed(&path, error))?;
-            }
+            let kept: &dyn Fn(&str) -> Vec<u8> = match name.as_str() {
+                EVENTS_FILE => &|text| kept_events(text, &done),
+                MEASUREMENTS_FILE => &|text| kept_rows(text, &done),
+                TRIALS_FILE => &|text| {
+                    kept_records(text, &done, |trial: &TrialRecord| trial.deterministic.cell)
+                },
+                TIMINGS_FILE => {
+                    &|text| kept_records(text, &done, |timing: &TimingRecord| timing.cell)
+                }
+                LOADS_FILE => &|text| kept_records(text, &done, |load: &LoadRecord| load.cell),
+                CAPACITIES_FILE => {
+                    &|text| kept_records(text, &done, |capacity: &CapacityRecord| capacity.cell)
+                }
+                _ if name == SUMMARY_FILE
+                    || name.starts_with('.') && name.ends_with(".partial") =>
+                {
+                    std::fs::remove_file(&path).map_err(|error| failed(&path, error))?;
+                    continue;
+                }
+                _ => continue,
+            };
+            keep(&path, kept).map_err(|error| failed(&path, error))?;
         }
         Ok(self.lock)
     }
@@ -209,51 +231,39 @@ fn keep(path: &Path, kept: &dyn Fn(&str) -> Vec<u8>) -> std::io::Result<()> {
     std::fs::rename(&temporary, path)
 }
 
-/// Everything up to the last fleet that is complete, and what must be known of the rest. The end is
-/// still to come.
-fn kept_events(text: &str) -> Vec<u8> {
-    let lines: Vec<(&str, Option<Event>)> = text
-        .split_inclusive('\n')
-        .map(|line| (line, serde_json::from_str::<EventLine>(line).ok().map(|line| line.event)))
-        .collect();
-    let is_done =
-        |(_, event): &(&str, Option<Event>)| matches!(event, Some(Event::FleetDone { .. }));
-    let complete = lines.iter().rposition(is_done).map_or(0, |last| last + 1);
-    let mut kept = String::new();
-    for (place, (line, event)) in lines.iter().enumerate() {
-        let Some(event) = event else { continue };
-        let is_kept = match event {
+/// Everything of the fleets that are complete, and what must be known of the rest. The end is still to
+/// come.
+fn kept_events(text: &str, done: &BTreeSet<FleetKey>) -> Vec<u8> {
+    let is_kept = |line: &&str| {
+        let Ok(EventLine { event, .. }) = serde_json::from_str(line) else { return false };
+        match event {
             Event::Ended { .. } => false,
-            Event::FleetStarted { .. }
-            | Event::FleetReady { .. }
-            | Event::FleetDone { .. }
-            | Event::EpochDone { .. }
-            | Event::HostChecked { .. } => place < complete,
+            Event::FleetStarted { block, size, .. }
+            | Event::FleetReady { block, size, .. }
+            | Event::FleetDone { block, size, .. }
+            | Event::EpochDone { cell: Cell { block, size, .. }, .. }
+            | Event::HostChecked { block, size, .. } => done.contains(&(size, block)),
             Event::CraftLost { .. }
             | Event::Discrepancy { .. }
             | Event::Note { .. }
             | Event::Interrupted { .. }
             | Event::Resumed { .. } => true,
-        };
-        if is_kept {
-            kept += line;
         }
-    }
-    kept.into_bytes()
+    };
+    text.split_inclusive('\n').filter(is_kept).collect::<String>().into_bytes()
 }
 
-/// The lines whose cell is of a fleet that is complete.
-fn kept_records(text: &str, done: &BTreeSet<FleetKey>) -> Vec<u8> {
-    let fleet_of = |line: &str| {
-        let record: Value = serde_json::from_str(line).ok()?;
-        let cell = record.get("deterministic").unwrap_or(&record);
-        let number = |key: &str| u32::try_from(cell.get(key)?.as_u64()?).ok();
-        Some((number("size")?, number("block")?))
+/// The records whose `cell` is of a fleet that is complete.
+fn kept_records<T: DeserializeOwned>(
+    text: &str,
+    done: &BTreeSet<FleetKey>,
+    cell: impl Fn(&T) -> Cell,
+) -> Vec<u8> {
+    let is_kept = |line: &&str| {
+        let cell = serde_json::from_str(line).ok().map(|record| cell(&record));
+        cell.is_some_and(|Cell { size, block, .. }| done.contains(&(size, block)))
     };
-    let kept = text
-        .split_inclusive('\n')
-        .filter(|line| fleet_of(line).is_some_and(|fleet| done.contains(&fleet)));
-    kept.collect::<String>().into_bytes()
+    text.split_inclusive('\n').filter(is_kept).collect::<String>().into_bytes()
 }
 
 /// The rows whose cell is of a fleet that is complete, below the header. A row is one line unless a

@@ -183,20 +183,25 @@ pub(crate) fn timing(
 /// Leaves a complete run of `sizes` in `directory`, ten trials and 1,000 timed turns a cell.
 pub(crate) fn leave_run(directory: &Path, sizes: &[u32]) -> super::summary::Summary {
     let scenario = "[run]\nseed = 7\n";
-    let mut store = Store::create(Place::Exactly(directory), &provenance(), scenario).unwrap();
+    let mut store = Store::create(Place::Exactly(directory), &provenance(), scenario)
+        .expect("the disk takes it");
     for &size in sizes {
         let order = vec!["null".to_owned()];
-        store.event(Event::FleetStarted { block: 0, size, processes: size + 1, order }).unwrap();
-        store.event(Event::FleetReady { block: 0, size, ready_ns: 90_000_000 }).unwrap();
+        store
+            .event(Event::FleetStarted { block: 0, size, processes: size + 1, order })
+            .expect("the disk takes it");
+        store
+            .event(Event::FleetReady { block: 0, size, ready_ns: 90_000_000 })
+            .expect("the disk takes it");
         for strategy in STRATEGIES {
             for number in 0..10 {
-                store.append_trial(&trial(size, strategy, number)).unwrap();
+                store.append_trial(&trial(size, strategy, number)).expect("the disk takes it");
             }
             let (record, epochs) = timing(size, strategy, 1000);
-            store.append_timing(&record, &epochs).unwrap();
+            store.append_timing(&record, &epochs).expect("the disk takes it");
         }
     }
-    store.finish(Outcome::Success).unwrap()
+    store.finish(Outcome::Success).expect("the disk takes it")
 }
 
 /// Leaves the turn times of `blocks` blocks in `directory`, drawn by number `run`: blocks differ by up to 40 %, a strategy
@@ -207,13 +212,14 @@ pub(crate) fn leave_blocks(
     blocks: u32,
     slowdown: f64,
 ) -> super::summary::Summary {
-    let mut store = Store::create(Place::Exactly(directory), &provenance(), "").unwrap();
+    let mut store =
+        Store::create(Place::Exactly(directory), &provenance(), "").expect("the disk takes it");
     let stream = |number| Stream::new(u64::from(run), 0, Purpose::Test, number);
     let (mut draws, mut draws_of_controls) = (stream(77), stream(78));
     for block in 0..blocks {
         let fleet_factor = 1.0 + 0.4 * draws.unit();
         let check = HostCheck { measured_ns: 1, ..HostCheck::default() };
-        store.event(Event::HostChecked { block, size: 3, check }).unwrap();
+        store.event(Event::HostChecked { block, size: 3, check }).expect("the disk takes it");
         for (strategy, again, factor) in [
             (StrategyKind::Null, 0, 0.5),
             (StrategyKind::Boundary, 0, 1.0),
@@ -234,10 +240,10 @@ pub(crate) fn leave_blocks(
             record.fleet_cpu_ns = scaled(record.fleet_cpu_ns, factor);
             record.cell = Cell { block, size: 3, strategy };
             record.again = again;
-            store.append_timing(&record, &epochs).unwrap();
+            store.append_timing(&record, &epochs).expect("the disk takes it");
         }
     }
-    store.finish(Outcome::Success).unwrap()
+    store.finish(Outcome::Success).expect("the disk takes it")
 }
 
 #[expect(

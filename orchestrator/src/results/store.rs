@@ -304,7 +304,7 @@ impl Store {
     }
 
     fn elapsed_ns(&self) -> u64 {
-        self.passed_ns + clock::now().since(self.began)
+        self.passed_ns.saturating_add(clock::now().since(self.began))
     }
 
     /// Writes a whole file under another name and moves it into place.

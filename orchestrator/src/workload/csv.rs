@@ -149,7 +149,10 @@ fn parse(
     let fact_count = fleet.board(craft).fact_count;
     let by_number = || fact_name.parse().ok().filter(|&fact| fact < fact_count).map(FactId);
     let fact = names.fact_id(craft, fact_name).or_else(by_number).ok_or_else(|| {
-        let remedy = format!("use a fact's name, or its number: 0 to {}", fact_count - 1);
+        let remedy = match fact_count.checked_sub(1) {
+            Some(last) => format!("use a fact's name, or its number: 0 to {last}"),
+            None => "leave the row out: this craft has no facts".to_owned(),
+        };
         (format!("`{craft_name}` has no fact `{fact_name}`"), remedy)
     })?;
     let record = match value {

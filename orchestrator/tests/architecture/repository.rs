@@ -8,7 +8,7 @@ use std::process::Command;
 const CRATES: [&str; 4] = ["shared-types", "agent", "orchestrator", "benches"];
 
 /// Entries that are no part of the repository.
-const NOT_OURS: [&str; 4] = [".git", "target", "runs", "__pycache__"];
+const NOT_OURS: [&str; 6] = [".git", "target", "runs", "__pycache__", "corpus", "artifacts"];
 
 /// The repository that this test was built in.
 pub(crate) struct Repository {

@@ -1,6 +1,9 @@
 //! Rust files as text, and what of it is code: comments, literals and tests become spaces, so that
 //! lines and columns stay where they are. Not a parser: it knows just enough for the rules here.
 
+/// What marks an item that exists for tests, or for tests and fuzzers, only.
+const FOR_TESTS: [&str; 2] = ["#[cfg(test)]", "#[cfg(any(test, fuzzing))]"];
+
 /// One Rust file.
 #[derive(Clone, Debug)]
 pub(crate) struct RustFile {
@@ -54,7 +57,8 @@ pub(crate) fn is_inside(module: &str, outer: &str) -> bool {
 fn modules_for_tests(file: &RustFile) -> Vec<String> {
     let Some(module) = file.module() else { return Vec::new() };
     let code = code_of(&file.source);
-    let declared = code.split("#[cfg(test)]").skip(1).filter_map(|after| {
+    let marked = FOR_TESTS.iter().flat_map(|attribute| code.split(attribute).skip(1));
+    let declared = marked.filter_map(|after| {
         let (item, _) = after.split_once([';', '{'])?;
         let (_, name) = item.split_once("mod ")?;
         Some(format!("{module}::{}", name.trim()))
@@ -79,7 +83,7 @@ pub(crate) fn code_of(source: &str) -> String {
 /// `code` (of [`code_of`]) without items that exist for tests only.
 pub(crate) fn without_tests(code: &str) -> String {
     let mut bytes = code.as_bytes().to_owned();
-    for attribute in ["#[cfg(test)]", "#[test]"] {
+    for attribute in FOR_TESTS.iter().chain(&["#[test]"]) {
         for (start, _) in code.match_indices(attribute) {
             let end = end_of_item(code, start + attribute.len());
             bytes[start..end].iter_mut().for_each(|byte| *byte = blank(*byte));
@@ -229,9 +233,11 @@ fn a_file_that_is_declared_for_tests_is_one() {
         RustFile::new("a/src/b/mod.rs", "#[cfg(test)]\npub(crate) mod sample;\nmod store;"),
         RustFile::new("a/src/b/sample.rs", "fn c() { d.unwrap() }"),
         RustFile::new("a/src/b/store.rs", "fn c() {}"),
+        RustFile::new("a/src/lib.rs", "#[cfg(any(test, fuzzing))]\npub mod fuzzing;"),
+        RustFile::new("a/src/fuzzing/mod.rs", "fn c() { d.unwrap() }"),
     ];
     mark_modules_for_tests(&mut files);
-    assert_eq!(files.each_ref().map(|file| file.is_test), [false, true, false]);
+    assert_eq!(files.each_ref().map(|file| file.is_test), [false, true, false, false, true]);
     assert_eq!(files[1].product_code(), "");
 }
 

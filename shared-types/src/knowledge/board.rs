@@ -247,6 +247,20 @@ impl<'a> BoardView<'a> {
         self.action_costs.get(action as usize).map_or(1.0, |&bits| f64::from_bits(bits))
     }
 
+    /// Whether the readers are the premises the other way round, of tables that are valid.
+    fn reads_what_it_says(&self) -> bool {
+        let mut told = vec![0_usize; self.fact_count as usize];
+        let mut is_reader = |(rule, packed): (u32, u32)| {
+            let fact = Literal(packed).fact().index();
+            told[fact] += 1;
+            self.readers.row(fact).get(told[fact] - 1) == Some(&(rule << 1 | (packed & 1)))
+        };
+        let rules = self.premises.rows().zip(0_u32..);
+        let mut premises =
+            rules.flat_map(|(row, rule)| row.iter().map(move |&packed| (rule, packed)));
+        self.readers.item_count() == self.premises.item_count() && premises.all(&mut is_reader)
+    }
+
     /// Whether every id in the network names something that exists, and every cost is one.
     #[must_use]
     pub fn is_valid(&self, craft_count: usize) -> bool {
@@ -263,7 +277,7 @@ impl<'a> BoardView<'a> {
             && self.queues.is_valid(rules, |action| (action as usize) < actions)
             && self.action_outputs.is_valid(actions, literal_is_valid)
             && self.readers.is_valid(facts as usize, |rule| ((rule >> 1) as usize) < rules)
-            && self.readers.item_count() == self.premises.item_count()
+            && self.reads_what_it_says()
             && self.links.is_valid(facts as usize, |_| true)
             && (0..facts as usize).all(|fact| {
                 let row = self.links.row(fact);

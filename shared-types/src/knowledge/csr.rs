@@ -166,7 +166,7 @@ impl<'a> CsrView<'a> {
     #[inline]
     #[must_use]
     pub fn row_count(&self) -> usize {
-        self.starts.len() - 1
+        self.starts.len().saturating_sub(1)
     }
 
     /// How many entries all rows have together.

@@ -2,7 +2,7 @@
 
 use super::board::{ArchivedBoardNetwork, BoardNetwork, BoardView, Target};
 use super::csr::{numbers, words};
-use crate::ids::CraftId;
+use crate::ids::{CraftId, Firing};
 use crate::trace::{TraceRecord, from_words};
 use rkyv::{Archive, Deserialize, Serialize};
 
@@ -208,7 +208,7 @@ impl<'a> FleetView<'a> {
         Ok(view)
     }
 
-    /// Checks every id of every board and that the tree is one.
+    /// Checks every id of every board, and that the trees are what the parents make of them.
     ///
     /// # Errors
     /// Names the craft whose network, or whose place in the tree, is wrong.
@@ -218,7 +218,8 @@ impl<'a> FleetView<'a> {
             let targets_exist = || {
                 (0..board.fact_count).all(|fact| {
                     board.targets(crate::ids::FactId(fact)).all(|Target { craft: peer, fact }| {
-                        self.boards.get(peer.index()).is_some_and(|peer| fact.0 < peer.fact_count)
+                        let board = self.boards.get(peer.index());
+                        peer.index() != craft && board.is_some_and(|peer| fact.0 < peer.fact_count)
                     })
                 })
             };
@@ -226,14 +227,20 @@ impl<'a> FleetView<'a> {
                 let trace = self.trace.get(craft).copied().unwrap_or_default();
                 trace.iter().all(|record| record.fact().0 < board.fact_count)
             };
-            if !board.is_valid(craft_count) || !targets_exist() || !trace_exists() {
+            let script_exists = || {
+                let script = self.script.get(craft).copied().unwrap_or_default();
+                let items = board.rule_count() + board.action_count();
+                script.iter().all(|&firing| firing < items || Firing(firing).is_idle())
+            };
+            let is_valid = board.is_valid(craft_count);
+            if !is_valid || !targets_exist() || !trace_exists() || !script_exists() {
                 return Err(NetworkError::DanglingId(CraftId::from_index(craft)));
             }
         }
         if self.topology.parent.len() != craft_count {
             return Err(NetworkError::Roots(0));
         }
-        depths(self.topology.parent).map(|_| ())
+        self.topology.validate()
     }
 
     /// The board of `craft`.
@@ -270,6 +277,20 @@ pub struct TopologyView<'a> {
 }
 
 impl TopologyView<'_> {
+    /// Whether depths and leaders are those of the tree.
+    fn validate(&self) -> Result<(), NetworkError> {
+        let Self { parent, depth, group, leader_parent, leader_depth } = *self;
+        let differs = || NetworkError::Damaged("its topology contradicts itself".to_owned());
+        if !group.is_empty() && group.len() != parent.len() {
+            return Err(differs());
+        }
+        let meant = Topology::new(parent.to_vec(), group.to_vec())?;
+        let is_meant = meant.depth == depth
+            && meant.leader_parent == leader_parent
+            && meant.leader_depth == leader_depth;
+        if is_meant { Ok(()) } else { Err(differs()) }
+    }
+
     /// The neighbour of `here` on the tree path to `there`.
     ///
     /// # Panics

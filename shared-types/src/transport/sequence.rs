@@ -55,16 +55,18 @@ impl Hole {
 }
 
 impl Sequences {
-    /// Takes note of sample `sequence` of `source` in its life `incarnation`.
+    /// Takes note of sample `sequence` of `source` in its life `incarnation`. The largest number is
+    /// nobody's, for it has no successor: it is taken for a repeat.
     #[inline]
     pub fn arrive(&mut self, source: u32, incarnation: u32, sequence: u64) -> Arrival {
+        let Some(next) = sequence.checked_add(1) else { return Arrival::Repeat };
         let index = self.source(source, incarnation);
         let known = &mut self.sources[index];
         if incarnation < known.incarnation {
             return Arrival::OldIncarnation;
         }
         if incarnation == known.incarnation && sequence == known.next {
-            known.next += 1;
+            known.next = next;
             return Arrival::New;
         }
         self.arrive_out_of_order(index, incarnation, sequence)
@@ -186,7 +188,7 @@ impl Sequences {
             return self.fill(source, sequence);
         }
         let first = known.next;
-        known.next = sequence.saturating_add(1);
+        known.next = sequence + 1;
         if first < sequence {
             self.open(Hole { source, first, end: sequence, is_counted: false });
         }

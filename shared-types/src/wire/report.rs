@@ -36,11 +36,11 @@ pub struct Traffic {
 
 impl std::ops::AddAssign for Traffic {
     fn add_assign(&mut self, other: Self) {
-        self.requests += other.requests;
-        self.transmissions += other.transmissions;
-        self.deliveries += other.deliveries;
-        self.bytes_sent += other.bytes_sent;
-        self.bytes_received += other.bytes_received;
+        self.requests = self.requests.saturating_add(other.requests);
+        self.transmissions = self.transmissions.saturating_add(other.transmissions);
+        self.deliveries = self.deliveries.saturating_add(other.deliveries);
+        self.bytes_sent = self.bytes_sent.saturating_add(other.bytes_sent);
+        self.bytes_received = self.bytes_received.saturating_add(other.bytes_received);
     }
 }
 
@@ -79,14 +79,14 @@ pub struct Losses {
 
 impl std::ops::AddAssign for Losses {
     fn add_assign(&mut self, other: Self) {
-        self.late += other.late;
-        self.refused += other.refused;
-        self.old_incarnation += other.old_incarnation;
-        self.gaps += other.gaps;
-        self.repeats += other.repeats;
-        self.full_inboxes += other.full_inboxes;
-        self.full_outboxes += other.full_outboxes;
-        self.missed_multicasts += other.missed_multicasts;
+        self.late = self.late.saturating_add(other.late);
+        self.refused = self.refused.saturating_add(other.refused);
+        self.old_incarnation = self.old_incarnation.saturating_add(other.old_incarnation);
+        self.gaps = self.gaps.saturating_add(other.gaps);
+        self.repeats = self.repeats.saturating_add(other.repeats);
+        self.full_inboxes = self.full_inboxes.saturating_add(other.full_inboxes);
+        self.full_outboxes = self.full_outboxes.saturating_add(other.full_outboxes);
+        self.missed_multicasts = self.missed_multicasts.saturating_add(other.missed_multicasts);
     }
 }
 
@@ -94,7 +94,7 @@ impl Losses {
     /// Whether something was lost for good, so that the run is partial.
     #[must_use]
     pub const fn is_partial(&self) -> bool {
-        self.late + self.refused + self.old_incarnation + self.gaps + self.full_outboxes > 0
+        (self.late | self.refused | self.old_incarnation | self.gaps | self.full_outboxes) > 0
     }
 }
 

@@ -138,21 +138,22 @@ pub(crate) fn leave_loads(
     needed: u64,
     slowdown: f64,
 ) -> Summary {
-    let mut store = Store::create(Place::Exactly(directory), &provenance(), "").unwrap();
+    let mut store =
+        Store::create(Place::Exactly(directory), &provenance(), "").expect("the disk takes it");
     let mut draws = Stream::new(u64::from(run), 0, Purpose::Test, 78);
     for block in 0..blocks {
         let fleet_factor = 1.0 + 0.4 * draws.unit();
         let check = HostCheck { measured_ns: 1, ..HostCheck::default() };
-        store.event(Event::HostChecked { block, size: 10, check }).unwrap();
+        store.event(Event::HostChecked { block, size: 10, check }).expect("the disk takes it");
         for label in LOADED {
             let own = if label.strategy == StrategyKind::Full { slowdown } else { 1.0 };
             let factor = own * fleet_factor * (1.0 + 0.02 * draws.unit());
             let cell = Cell { block, size: 10, strategy: label.strategy };
             let (record, histograms) = load(cell, label.again, "common", needed, factor);
-            store.append_load(&record, &histograms).unwrap();
+            store.append_load(&record, &histograms).expect("the disk takes it");
         }
         let cell = Cell { block, size: 10, strategy: StrategyKind::Boundary };
-        store.append_capacity(&capacity(cell)).unwrap();
+        store.append_capacity(&capacity(cell)).expect("the disk takes it");
     }
-    store.finish(Outcome::Success).unwrap()
+    store.finish(Outcome::Success).expect("the disk takes it")
 }

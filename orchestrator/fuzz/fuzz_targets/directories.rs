@@ -1,0 +1,5 @@
+//! Results directories, by their reports.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| orchestrator::fuzzing::run("directories", bytes));

@@ -1,0 +1,5 @@
+//! Traces as CSV.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| orchestrator::fuzzing::run("traces", bytes));

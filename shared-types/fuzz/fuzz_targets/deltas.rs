@@ -1,0 +1,5 @@
+//! Records of changes.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| shared_types::fuzzing::run("deltas", bytes));

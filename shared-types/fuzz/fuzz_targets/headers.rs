@@ -1,0 +1,5 @@
+//! Headers of samples.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| shared_types::fuzzing::run("headers", bytes));

@@ -1,0 +1,5 @@
+//! Archives of networks.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| shared_types::fuzzing::run("networks", bytes));

@@ -1,0 +1,5 @@
+//! Numbers of samples.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| shared_types::fuzzing::run("sequences", bytes));
