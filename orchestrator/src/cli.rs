@@ -213,6 +213,10 @@ pub struct ReproduceArguments {
     /// to 25 about replication in fleets.
     #[arg(default_value = "all")]
     pub tables: Vec<String>,
+    /// Goes on with a run that was cut off, in its directory and as it was started.
+    #[arg(long, value_name = "DIR", conflicts_with_all = PLAN_FLAGS)]
+    #[arg(conflicts_with_all = ["tables", "simulated", "networks", "pruner"])]
+    pub resume: Option<PathBuf>,
     /// On the memory network instead of real processes: the same counts.
     #[arg(long)]
     pub simulated: bool,

@@ -1,10 +1,11 @@
 //! `reproduce`: the published tables beside ours.
 
 use super::compare::{PRESET, sized};
-use super::execute::{Destination, Job, Scope, execute};
+use super::execute::{Destination, Job, Scope, execute, tell_how_to_resume};
 use super::progress::Line;
+use super::resume::{Resumed, with_typed};
 use super::{Refusal, Setting, load_scenario, print_report};
-use crate::cli::{Pruner, ReproduceArguments};
+use crate::cli::{Command, Pruner, ReproduceArguments};
 use crate::expectation::sample;
 use crate::networks;
 use crate::outcome::Outcome;
@@ -35,6 +36,23 @@ const TABLED: [StrategyKind; 5] = [
 /// # Errors
 /// If something asked for is wrong; nothing was started then.
 pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Outcome, Refusal> {
+    let Some(directory) = &arguments.resume else {
+        return reproduce_from(arguments, None, setting);
+    };
+    let resumed = Resumed::open(directory)?;
+    let Command::Reproduce(stored) = &resumed.command else {
+        return Err(resumed.of_another_verb());
+    };
+    let common = with_typed(stored.common.clone(), &arguments.common);
+    let stored = ReproduceArguments { common, ..stored.clone() };
+    reproduce_from(&stored, Some(resumed), setting)
+}
+
+fn reproduce_from(
+    arguments: &ReproduceArguments,
+    resumed: Option<Resumed>,
+    setting: Setting,
+) -> Result<Outcome, Refusal> {
     let tables = numbers(&arguments.tables)?;
     let networks = networks(&tables, arguments, setting)?;
     if !tables.iter().any(|table| FLEET_TABLES.contains(table)) {
@@ -51,7 +69,15 @@ pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Out
         common.strategies = TABLED.to_vec();
     }
     let mode = arguments.simulated.then_some("simulated");
-    let base = load_scenario(PRESET, &common, mode)?;
+    let (base, destination) = match resumed {
+        Some(Resumed { scenario, unfinished, .. }) => {
+            (scenario, Destination::Resumed(Box::new(unfinished)))
+        }
+        None => {
+            let place = Place::Below(&common.out);
+            (load_scenario(PRESET, &common, mode)?, Destination::New(place))
+        }
+    };
     let seed = base.scenario().run.seed;
     let published = Published::embedded();
     let sizes: Vec<u32> = published
@@ -66,10 +92,11 @@ pub fn reproduce(arguments: &ReproduceArguments, setting: Setting) -> Result<Out
         scope: Scope::Counts,
         load_sizes: None,
         common: &common,
-        destination: Destination::New(Place::Below(&common.out)),
+        destination,
         part: None,
     };
     let executed = execute(job, setting)?;
+    tell_how_to_resume("reproduce", executed.outcome, &executed.directory, setting);
     let parameters = base.scenario().network.clone().unwrap_or_default();
     let samples: Vec<Sample> = if tables.contains(&25) {
         sizes.iter().map(|&crafts| sample(&parameters, crafts, seed, SAMPLE_TRIALS)).collect()

@@ -228,10 +228,16 @@ impl Part {
 
 /// The sweep in `directory` as it stands.
 ///
+/// Where its file is lost or damaged, the cells stand for it.
+///
 /// # Errors
 /// If there is none, or a metric is asked for that no cell has.
 pub(super) fn read(directory: &Path, metrics: &[String]) -> Result<Sweep, Refusal> {
-    let file = SweepFile::read(directory).map_err(|error| Refusal::new(error.to_string()))?;
+    let file = SweepFile::read(directory).or_else(|error| {
+        let left = SweepFile::of_cells(directory).ok_or(error.to_string());
+        left.inspect(|_| eprintln!("slateswarm: {error}; its cells are named by their directories"))
+    });
+    let file = file.map_err(Refusal::new)?;
     let runs: Vec<_> = file.cells.iter().map(|cell| cell.run(directory)).collect();
     let cells = runs.iter().map(|run| {
         let state = SweepCell::state(run.as_ref());

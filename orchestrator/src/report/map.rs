@@ -92,6 +92,10 @@ fn legend(map: &Map) -> String {
     let letters: Vec<String> =
         winners.into_iter().map(|kind| format!("{} {kind}", Mark::of(kind).letter)).collect();
     let mut text = String::new();
+    if !map.other_loads.is_empty() {
+        let others = map.other_loads.join(", ");
+        text += &wrap("load          ", &format!("{}; not shown here: {others}", map.load));
+    }
     if !letters.is_empty() {
         text += &wrap("winner        ", &letters.join(", "));
     }

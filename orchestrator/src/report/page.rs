@@ -4,6 +4,7 @@
 //! Also writes that page and the pictures. What is in them is decided elsewhere; the same run gives the
 //! same bytes.
 
+use super::loads;
 use super::svg::element::Element;
 use super::svg::look::style_sheet;
 use super::svg::picture::Picture;
@@ -17,6 +18,9 @@ use std::path::{Path, PathBuf};
 pub const PAGE_FILE: &str = "report.html";
 /// Name of the folder of pictures.
 pub const PICTURES_FOLDER: &str = "pictures";
+
+/// Heading of the first table of loads.
+const LOADS_HEADING: &str = "Under load: what is known how soon, and at what cost";
 
 /// Everything that a page shows.
 #[derive(Clone, Debug, Default)]
@@ -53,7 +57,7 @@ figure{border-color:#343a42}thead th{border-color:#a5adb8}}\
 @media print{figure,table{break-inside:avoid}}\n";
 
 impl Page {
-    /// The page of the run that `summary` is of.
+    /// The page of the run that `summary` is of: its tables, then those of what it bore under load.
     #[must_use]
     pub fn of(
         summary: &Summary,
@@ -61,6 +65,13 @@ impl Page {
         pictures: Vec<Picture>,
         text: String,
     ) -> Self {
+        let mut tables = tables;
+        if !summary.timing.loads.is_empty() {
+            tables.push((LOADS_HEADING.to_owned(), loads::main_table(summary)));
+            let details = loads::details(summary).into_iter();
+            let filled = details.filter(|(_, table)| !table.is_empty());
+            tables.extend(filled.map(|(heading, table)| (heading.to_owned(), table)));
+        }
         let name = summary.deterministic.scenario.clone();
         let origin = summary.timing.provenance.as_ref().map_or_else(Vec::new, origin);
         Self {
@@ -174,10 +185,11 @@ fn replace(path: &Path, text: &str) -> std::io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{PAGE_FILE, PICTURES_FOLDER, Page};
+    use super::{LOADS_HEADING, PAGE_FILE, PICTURES_FOLDER, Page};
     use crate::report::svg::picture::Picture;
     use crate::report::table::{Table, column};
     use crate::results::read::Missing;
+    use crate::results::sample::{leave_loads, leave_run};
 
     fn page() -> Page {
         let mut table = Table::new(&[column("", "craft"), column("requests", "ours")]);
@@ -212,6 +224,20 @@ mod tests {
         let style = document.descendants().find(|node| node.has_tag_name("style")).unwrap();
         assert!(html.contains(style.text().unwrap()));
         assert_eq!(html, page().html());
+    }
+
+    #[test]
+    fn loads_have_their_tables_on_the_page() {
+        let place = tempfile::tempdir().unwrap();
+        let summary = leave_loads(place.path(), 1, 2, 500, 1.2);
+        let page = Page::of(&summary, Vec::new(), Vec::new(), String::new());
+        let html = page.html();
+        for heading in [LOADS_HEADING, "Stages, us, p99", "Under load, a needed application"] {
+            assert!(html.contains(&format!("<h2>{heading}</h2>")), "{heading}");
+        }
+        assert!(page.tables.iter().all(|(_, table)| !table.is_empty()));
+        let trials = leave_run(&place.path().join("trials"), &[2]);
+        assert!(Page::of(&trials, Vec::new(), Vec::new(), String::new()).tables.is_empty());
     }
 
     #[test]

@@ -6,8 +6,10 @@
 //! comparisons each, and what does not stand is a tie. What the transmission count names is exact. Not
 //! here: where the records come from (a sweep), and how the map is drawn.
 
+use super::host::HostReport;
 use super::inference::{Comparison, Pairing, Verdict, compare, hodges_lehmann};
 use super::load::LoadRecord;
+use super::read::RunData;
 use super::record::Label;
 use super::statistics::{Quantile, as_float};
 use serde::Serialize;
@@ -66,6 +68,26 @@ impl Observation {
     }
 }
 
+impl Observation {
+    /// What `run`, of a fleet with `k_beta`, says at `load`. A central strategy that was measured at
+    /// several asking intervals stands with the middle one, as everywhere beside others.
+    #[must_use]
+    pub fn of_run(k_beta: f64, run: &RunData, load: &str) -> Vec<Self> {
+        let is_clean = HostReport::of(&run.events).is_clean();
+        let records = || run.loads.iter().map(|cell| &cell.record).filter(|one| one.load == load);
+        let mut intervals: BTreeMap<(u32, StrategyKind), BTreeSet<Option<u64>>> = BTreeMap::new();
+        for one in records() {
+            let key = (one.cell.size, one.cell.strategy);
+            intervals.entry(key).or_default().insert(one.asks_every_ns);
+        }
+        let is_middle = |one: &&LoadRecord| {
+            let asked = &intervals[&(one.cell.size, one.cell.strategy)];
+            asked.iter().nth((asked.len() - 1) / 2) == Some(&one.asks_every_ns)
+        };
+        records().filter(is_middle).map(|one| Self::of(k_beta, one, is_clean)).collect()
+    }
+}
+
 /// The strategy that a cell chooses by one measure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Choice {
@@ -105,6 +127,10 @@ pub struct MapCell {
 /// The map of a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Map {
+    /// The load that it is of.
+    pub load: String,
+    /// Other loads that the sweep measured: costs at another load are another map.
+    pub other_loads: Vec<String>,
     /// Ordered by size, then by copies.
     pub cells: Vec<MapCell>,
     /// Fleet sizes, ascending.
@@ -167,6 +193,8 @@ impl Map {
             Some((size, costs.crossing(size)))
         };
         Self {
+            load: String::new(),
+            other_loads: Vec::new(),
             predicted_cpu: sizes.iter().filter_map(predicted).collect(),
             sample_costs: sample_costs(observations.iter()),
             sizes: sizes.into_iter().collect(),

@@ -16,6 +16,7 @@ mod invocation;
 mod kills;
 mod opens;
 mod pictures;
+mod power_cut;
 mod resume;
 #[path = "../support/mod.rs"]
 mod shared;

@@ -208,6 +208,27 @@ fn what_would_not_belong_together_is_refused_by_name() {
 }
 
 #[test]
+fn published_experiment_goes_on_as_well() {
+    let place = Place::for_fleets();
+    let words = ["reproduce", "table-21", "--simulated", "--trials", "3"];
+    let unbroken = place.run(&words);
+    let (meant, code) = (deterministic(&place), unbroken.code().unwrap());
+    let events = place.files().join("runs/latest/events.jsonl");
+    let text = std::fs::read_to_string(&events).unwrap();
+    // Cut off before its only fleet was complete.
+    let until = text.lines().position(|line| line.contains("fleet-done")).unwrap();
+    let kept: Vec<&str> = text.lines().take(until).collect();
+    std::fs::write(&events, kept.join("\n") + "\n").unwrap();
+    std::fs::remove_file(place.files().join("runs/latest/summary.json")).unwrap();
+    let refused = place.run(&["compare", "--resume", "runs/latest"]).expect_code(2);
+    assert!(refused.stderr.contains("started by `slateswarm reproduce`"), "{refused}");
+    place.run(&["reproduce", "--resume", "runs/latest", "--trials", "4"]).expect_code(2);
+    let resumed = place.run(&["reproduce", "--resume", "runs/latest"]).expect_code(code);
+    assert_eq!(resumed.stdout, unbroken.stdout);
+    assert_eq!(deterministic(&place), meant);
+}
+
+#[test]
 fn run_that_goes_on_is_left_alone() {
     let place = Place::for_fleets();
     let invocation =

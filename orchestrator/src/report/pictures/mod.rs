@@ -10,6 +10,7 @@ pub mod knowledge;
 mod loads;
 pub mod map;
 pub mod requests;
+mod rows_of_loads;
 pub mod shares;
 mod sizes;
 pub mod staleness;

@@ -1,11 +1,12 @@
 //! Where time to knowledge goes: the shares of origin, wake and apply among the events from a quantile on.
 
-use super::loads::{Shown, loads, no_values, shown, sizes, title, warnings};
+use super::loads::Shown;
+use super::rows_of_loads::RowsOfLoads;
 use crate::report::svg::axis::Axis;
 use crate::report::svg::legend::{Entry, Sign};
 use crate::report::svg::number::Unit;
-use crate::report::svg::picture::{Panel, Picture};
-use crate::report::svg::rows::{Part, Row, RowChart};
+use crate::report::svg::picture::Picture;
+use crate::report::svg::rows::{Part, Row};
 use crate::report::svg::scale::{Bounds, Spread};
 use crate::results::summary::Summary;
 
@@ -22,45 +23,34 @@ const QUANTILES: [&str; 3] = ["p50", "p99", "p99.9"];
 /// One picture a fleet size.
 #[must_use]
 pub fn shares(summary: &Summary) -> Vec<Picture> {
-    sizes(summary).into_iter().map(|size| of_size(summary, size)).collect()
-}
-
-fn of_size(summary: &Summary, size: u32) -> Picture {
-    let panels = loads(summary, size).into_iter().map(|load| {
-        let title = title(summary, size, load);
-        let lines = shown(summary, size, load);
-        let rows: Vec<Row> = lines.iter().flat_map(rows_of).collect();
-        if rows.iter().all(|row| row.parts.is_empty()) {
-            return Panel::Nothing(no_values(&title, &lines));
-        }
-        // Medians of shares need not sum to a hundred; a little room beyond it.
-        let x = Bounds::between(Spread::Linear, 0.0, 110.0);
-        let ticks = [0.0, 20.0, 40.0, 60.0, 80.0, 100.0];
-        let ticks = ticks.map(|value| (value, Unit::Percent.format(value))).to_vec();
-        let x = Axis::named("median share of the time to knowledge", x, ticks);
-        Panel::Rows(RowChart { title, x, rows })
-    });
-    let mut notes = vec![
-        "Each part is the median of its own share, mean of the blocks: parts of a bar need not sum to \
-         100 %."
-            .to_owned(),
-    ];
-    notes.extend(warnings(summary, size));
-    Picture {
-        name: format!("shares-{size}"),
-        title: format!("Where time to knowledge goes, {size} crafts"),
-        about: "Median share of each part among the events at or above a quantile of the total."
-            .to_owned(),
+    let frame = RowsOfLoads {
+        name: "shares",
+        title: "Where time to knowledge goes",
+        about: "Median share of each part among the events at or above a quantile of the total.",
+        note: "Each part is the median of its own share, mean of the blocks: parts of a bar need not sum \
+               to 100 %.",
         legend: PARTS.map(|(_, class, name)| Entry::new(Sign::Fill(class), name)).to_vec(),
-        panels: panels.collect(),
-        notes,
-    }
+        rows,
+        axis,
+    };
+    frame.pictures(summary)
 }
 
-fn rows_of(line: &Shown<'_>) -> Vec<Row> {
-    let heading = Row { name: line.name.clone(), is_heading: true, ..Row::default() };
+fn axis(rows: &[Row]) -> Option<Axis> {
+    if rows.iter().all(|row| row.parts.is_empty()) {
+        return None;
+    }
+    // Medians of shares need not sum to a hundred; a little room beyond it.
+    let bounds = Bounds::between(Spread::Linear, 0.0, 110.0);
+    let ticks = [0.0, 20.0, 40.0, 60.0, 80.0, 100.0];
+    let ticks = ticks.map(|value| (value, Unit::Percent.format(value))).to_vec();
+    Some(Axis::named("median share of the time to knowledge", bounds, ticks))
+}
+
+/// A bar for each quantile; none above capacity.
+fn rows(line: &Shown<'_>) -> Vec<Row> {
     if line.row.saturated.is_some() {
-        return vec![heading];
+        return Vec::new();
     }
     let quantiles = QUANTILES.into_iter().filter_map(|quantile| {
         let mut parts = Vec::new();
@@ -80,5 +70,5 @@ fn rows_of(line: &Shown<'_>) -> Vec<Row> {
         let name = format!("from {quantile} on");
         (!parts.is_empty()).then(|| Row { name, parts, remark, ..Row::default() })
     });
-    std::iter::once(heading).chain(quantiles).collect()
+    quantiles.collect()
 }

@@ -174,7 +174,7 @@ fn sample_map() -> Map {
         }
     }
     let predicted_cpu = sizes.iter().map(|&size| (size, 0.8 + f64::from(size) / 20.0)).collect();
-    Map { cells, sizes, k_betas, sample_costs: None, predicted_cpu }
+    Map { cells, sizes, k_betas, sample_costs: None, predicted_cpu, ..Map::default() }
 }
 
 #[test]

@@ -2,7 +2,10 @@
 
 use super::{Map, Observation};
 use crate::results::inference::Verdict;
-use crate::results::record::Label;
+use crate::results::load::LoadRecord;
+use crate::results::read::{LoadCell, RunData};
+use crate::results::record::{Cell, Label};
+use crate::results::sample::load;
 use shared_types::wire::StrategyKind::{self, Boundary, Full, Null};
 
 /// CPU of a fleet that sends nothing, ns.
@@ -112,6 +115,32 @@ fn what_does_not_stand_is_a_tie_with_its_reason() {
     let by_p99 = map.cells[0].by_p99.expect("both are known");
     assert_eq!((by_p99.strategy, by_p99.verdict), (None, Verdict::Tie), "equal but for the wave");
     assert!(by_p99.low <= by_p99.margin && by_p99.margin <= by_p99.high);
+}
+
+#[test]
+fn a_cell_is_of_one_load_and_of_the_middle_asking_interval() {
+    let cell = Cell { block: 0, size: 10, strategy: StrategyKind::CentralBatched };
+    let mut run = RunData::default();
+    for (name, needed) in [("common", 100), ("high", 500)] {
+        for asks_every_ns in [10_000_000, 1_000_000, 3_000_000] {
+            let (record, _) = load(cell, 0, name, needed, 1.0);
+            let fleet_cpu_ns = asks_every_ns + needed;
+            let record = LoadRecord { asks_every_ns: Some(asks_every_ns), fleet_cpu_ns, ..record };
+            run.loads.push(LoadCell {
+                record,
+                knowledge: None,
+                slices: Vec::new(),
+                stages: std::collections::BTreeMap::new(),
+                staleness: None,
+            });
+        }
+    }
+    for (name, cpu_ns) in [("common", 3_000_100), ("high", 3_000_500)] {
+        let found: Vec<u64> =
+            Observation::of_run(0.5, &run, name).iter().map(|one| one.cpu_ns).collect();
+        assert_eq!(found, [cpu_ns], "{name}");
+    }
+    assert_eq!(Observation::of_run(0.5, &run, "none"), []);
 }
 
 #[test]
