@@ -4,6 +4,7 @@
 //! compared with itself, where no winner should be named, and with itself slowed down, where one
 //! should. What is asked of `slateswarm` and where its answer lies stand in `arguments` and `Run::read`.
 
+use crate::comparison;
 use crate::program::{RatioError, ResultsDirectory, answer_of};
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -112,10 +113,10 @@ impl Outcome {
     pub fn noisy(&self) -> usize {
         self.runs.iter().filter(|run| run.itself.verdict == "noisy").count()
     }
+}
 
-    /// Every run and the totals.
-    #[must_use]
-    pub fn to_json(&self) -> Value {
+impl comparison::Outcome for Outcome {
+    fn to_json(&self) -> Value {
         let control = |one: &Control| json!({ "ratio": one.ratio, "verdict": one.verdict });
         let runs = self
             .runs

@@ -4,6 +4,7 @@
 //! other, all polling, in an order that takes every one of the six in turn, so that what the host does
 //! meanwhile falls on all three; the results are medians of the ratios of medians.
 
+use crate::comparison;
 use crate::program::{RatioError, answer_of, figure, median};
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -135,10 +136,10 @@ impl Outcome {
     fn median(&self, ratio: impl Fn(&Triple) -> f64) -> f64 {
         median(self.triples.iter().map(ratio)).expect("invariant: there is a triple")
     }
+}
 
-    /// Every triple and the medians, in ns.
-    #[must_use]
-    pub fn to_json(&self) -> Value {
+impl comparison::Outcome for Outcome {
+    fn to_json(&self) -> Value {
         let to_json = |triple: &Triple| {
             json!({
                 "delta_ns": triple.delta_ns,

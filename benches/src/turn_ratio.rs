@@ -5,6 +5,7 @@
 //! What is asked of `slateswarm` and where its answer lies stand in `arguments_of_slateswarm` and
 //! `turn_of_slateswarm` and nowhere else.
 
+use crate::comparison;
 use crate::program::{RatioError, ResultsDirectory, answer_of, figure, median};
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -112,15 +113,23 @@ impl Outcome {
     pub fn median_ratio(&self) -> f64 {
         median(self.pairs.iter().map(Pair::ratio)).expect("invariant: there is a pair")
     }
+}
 
-    /// Every pair and the median, in ns.
-    #[must_use]
-    pub fn to_json(&self) -> Value {
+impl comparison::Outcome for Outcome {
+    fn to_json(&self) -> Value {
         let to_json = |pair: &Pair| json!({ "raw_round_ns": pair.raw_ns, "turn_ns": pair.turn_ns, "ratio": pair.ratio() });
         json!({
             "pairs": self.pairs.iter().map(to_json).collect::<Vec<_>>(),
             "median_ratio": self.median_ratio(),
         })
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.pairs.iter().try_for_each(|pair| writeln!(formatter, "{pair}"))?;
+        let (pairs, ratio) = (self.pairs.len(), self.median_ratio());
+        write!(formatter, "median ratio of {pairs} pairs: {ratio:.3}")
     }
 }
 

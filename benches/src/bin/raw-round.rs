@@ -1,7 +1,5 @@
 //! `raw-round`: how long one all-to-all round of a bare transport takes between N polling processes.
 
-use benches::raw::RawError;
-use benches::raw::child::Child;
 use benches::raw::command::{self, Workload};
 use benches::raw::round::{self, Over};
 use clap::Parser;
@@ -11,32 +9,20 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version)]
 struct RawRound {
-    /// How many processes take part
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=128))]
-    processes: u32,
-    /// What the samples travel over
-    #[arg(long, value_enum, default_value_t)]
-    over: Over,
     #[command(flatten)]
-    options: command::Options,
+    fleet: command::Fleet,
 }
 
 fn main() -> ExitCode {
-    let command = RawRound::parse();
-    command::conclude(run(&command))
-}
-
-fn run(RawRound { processes, over, options }: &RawRound) -> Result<Option<String>, RawError> {
-    if let Some(index) = options.child {
-        let child = Child::begin(index, options.placement(), options.area.clone())?;
-        round::take_part(child, index, *processes, *over, options.exchanges())?;
-        return Ok(None);
-    }
-    let name = match over {
+    let RawRound { fleet } = RawRound::parse();
+    let name = match fleet.over {
         Over::Iceoryx2 => "raw iceoryx2 all-to-all round",
         Over::Datagrams => "Unix datagrams all-to-all round",
     };
-    let times = round::measure(&options.area, *over, *processes)?;
-    let workload = Workload { name, processes: *processes, is_blocking: false };
-    Ok(Some(options.render(&workload, &times)))
+    let workload = Workload { name, processes: fleet.processes, is_blocking: false };
+    command::conclude(
+        fleet.run(round::take_part, round::measure, |options, times| {
+            options.render(&workload, times)
+        }),
+    )
 }

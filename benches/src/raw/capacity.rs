@@ -10,10 +10,9 @@ use super::area::AreaName;
 use super::child::Child;
 use super::command::Exchanges;
 use super::datagram::{DatagramLink, Waiting};
-use super::fleet::{self, Shared};
 use super::link::Peers;
-use super::port::{Mesh, SampleHeader, ServicePlan, Services};
-use super::round::Over;
+use super::port::{Mesh, SampleHeader, ServicePlan};
+use super::round::{self, Over};
 use hdrhistogram::Histogram;
 
 /// Samples that arrive between two looks at the clock.
@@ -47,13 +46,8 @@ fn others(index: u32, processes: u32) -> impl Iterator<Item = u32> {
 /// # Errors
 /// If a child fails, a signal arrives, or the system refuses.
 pub fn measure(area: &AreaName, over: Over, processes: u32) -> Result<Histogram<u64>, RawError> {
-    match over {
-        Over::Iceoryx2 => fleet::measure(area, processes, || {
-            let inboxes: Vec<_> = (0..processes).map(|index| inbox(index, processes)).collect();
-            Services::create(area, &inboxes).map(Shared::known)
-        }),
-        Over::Datagrams => fleet::measure(area, processes, || Ok(Shared::known(()))),
-    }
+    let inboxes: Vec<_> = (0..processes).map(|index| inbox(index, processes)).collect();
+    round::measure_on(area, over, processes, &inboxes)
 }
 
 /// Takes part as child `index` of `processes`, and reports to the parent. An exchange is [`SLICE`]

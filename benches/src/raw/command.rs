@@ -2,8 +2,9 @@
 
 use super::RawError;
 use super::area::AreaName;
-use super::child::Placement;
+use super::child::{Child, Placement};
 use super::port::PAYLOAD_BYTES;
+use super::round::Over;
 use crate::summary::Summary;
 use clap::{Args, ValueEnum};
 use hdrhistogram::Histogram;
@@ -141,6 +142,45 @@ impl Options {
             })
             .to_string(),
         }
+    }
+}
+
+/// Options of a raw program in which any number of processes talk to all others.
+#[derive(Clone, Debug, Args)]
+pub struct Fleet {
+    /// How many processes take part
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=128))]
+    pub processes: u32,
+    /// What the samples travel over
+    #[arg(long, value_enum, default_value_t)]
+    pub over: Over,
+    #[command(flatten)]
+    options: Options,
+}
+
+/// What a child of such a program does.
+type TakePart = fn(Child, u32, u32, Over, Exchanges) -> Result<(), RawError>;
+
+/// What its parent does.
+type Measure = fn(&AreaName, Over, u32) -> Result<Histogram<u64>, RawError>;
+
+impl Fleet {
+    /// Takes part, as a child; measures and renders the result, as the parent.
+    ///
+    /// # Errors
+    /// If a process, a signal or the system ends the measurement.
+    pub fn run(
+        &self,
+        take_part: TakePart,
+        measure: Measure,
+        render: impl FnOnce(&Options, &Histogram<u64>) -> String,
+    ) -> Result<Option<String>, RawError> {
+        let Self { processes, over, options } = self;
+        let Some(index) = options.child else {
+            return Ok(Some(render(options, &measure(&options.area, *over, *processes)?)));
+        };
+        let child = Child::begin(index, options.placement(), options.area.clone())?;
+        take_part(child, index, *processes, *over, options.exchanges()).map(|()| None)
     }
 }
 

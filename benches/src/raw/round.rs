@@ -42,10 +42,23 @@ fn service(processes: u32) -> ServicePlan {
 /// # Errors
 /// If a child fails, a signal arrives, or the system refuses.
 pub fn measure(area: &AreaName, over: Over, processes: u32) -> Result<Histogram<u64>, RawError> {
+    measure_on(area, over, processes, &[service(processes)])
+}
+
+/// The same of what processes do on `services`, which datagrams need none of.
+///
+/// # Errors
+/// As [`measure`].
+pub(super) fn measure_on(
+    area: &AreaName,
+    over: Over,
+    processes: u32,
+    services: &[ServicePlan],
+) -> Result<Histogram<u64>, RawError> {
     match over {
-        Over::Iceoryx2 => fleet::measure(area, processes, || {
-            Services::create(area, &[service(processes)]).map(Shared::known)
-        }),
+        Over::Iceoryx2 => {
+            fleet::measure(area, processes, || Services::create(area, services).map(Shared::known))
+        }
         Over::Datagrams => fleet::measure(area, processes, || Ok(Shared::known(()))),
     }
 }

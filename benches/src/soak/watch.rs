@@ -1,0 +1,169 @@
+//! What can be seen of a fleet from outside: memory and descriptors of each process, and what lies in
+//! shared memory.
+//!
+//! Crafts are the children of the orchestrator that say they are; one that is restarted is another
+//! process. What has gone between two looks is not there in the second.
+
+use agent::process::startup::AgentArguments;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use shared_types::ids::{CraftId, Incarnation};
+use shared_types::transport::RunPaths;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStringExt as _;
+use std::path::Path;
+
+/// One process at one time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
+    /// Resident memory, bytes.
+    pub resident_bytes: u64,
+    /// The same with shared pages divided among those who share them, bytes.
+    pub proportional_bytes: u64,
+    /// Open file descriptors.
+    pub descriptors: u64,
+}
+
+/// Everything at one time.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Look {
+    /// By craft and life.
+    pub crafts: BTreeMap<(CraftId, Incarnation), Cost>,
+    /// Files of the run in shared memory.
+    pub shared_files: u64,
+    /// What they take, bytes.
+    pub shared_bytes: u64,
+}
+
+/// All looks, in order of time.
+pub type Looks = Vec<Look>;
+
+/// Somebody who watches an orchestrator.
+pub struct Watch {
+    orchestrator: u32,
+    ends: OwnedFd,
+}
+
+impl Watch {
+    /// Watches the process `orchestrator`, a child of this one.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn of(orchestrator: u32) -> io::Result<Self> {
+        let pid = i32::try_from(orchestrator).ok().and_then(Pid::from_raw);
+        let pid = pid.ok_or(io::ErrorKind::InvalidInput)?;
+        Ok(Self { orchestrator, ends: pidfd_open(pid, PidfdFlags::empty())? })
+    }
+
+    /// Looks every `every_ms` ms until the orchestrator ends. Looks without a craft are left out.
+    ///
+    /// # Errors
+    /// If the system refuses to say who runs.
+    pub fn until_end(&self, every_ms: u64) -> io::Result<Looks> {
+        let mut looks = Vec::new();
+        while !self.ends_within(every_ms)? {
+            let look = self.look()?;
+            if !look.crafts.is_empty() {
+                looks.push(look);
+            }
+        }
+        Ok(looks)
+    }
+
+    fn ends_within(&self, wait_ms: u64) -> io::Result<bool> {
+        let timeout = Timespec {
+            tv_sec: (wait_ms / 1000).cast_signed(),
+            tv_nsec: (wait_ms % 1000 * 1_000_000).cast_signed(),
+        };
+        match poll(&mut [PollFd::new(&self.ends, PollFlags::IN)], Some(&timeout)) {
+            Err(Errno::INTR) => Ok(false),
+            ready => Ok(ready? > 0),
+        }
+    }
+
+    fn look(&self) -> io::Result<Look> {
+        let mut look = Look::default();
+        let mut root = None;
+        for entry in std::fs::read_dir("/proc")?.flatten() {
+            let process = entry.path();
+            if entry.file_name().as_encoded_bytes()[0].is_ascii_digit()
+                && parent_of(&process) == Some(self.orchestrator)
+                && let Some(craft) = craft_at(&process)
+                && let Some(cost) = cost_of(&process)
+            {
+                look.crafts.insert((craft.craft, craft.incarnation), cost);
+                root.get_or_insert_with(|| RunPaths::below(craft.base, craft.run).root());
+            }
+        }
+        if let Some(root) = root {
+            (look.shared_files, look.shared_bytes) = size_of_tree(&root);
+        }
+        Ok(look)
+    }
+}
+
+/// The parent of the process at `/proc/N`, if it still runs.
+fn parent_of(process: &Path) -> Option<u32> {
+    let status = std::fs::read_to_string(process.join("stat")).ok()?;
+    // The name, in brackets, may hold anything; state and parent follow the last bracket.
+    status.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()
+}
+
+fn craft_at(process: &Path) -> Option<AgentArguments> {
+    let line = std::fs::read(process.join("cmdline")).ok()?;
+    let line = line.strip_suffix(b"\0")?;
+    let words = line.split(|&byte| byte == 0).map(|word| OsString::from_vec(word.to_vec()));
+    let words: Vec<OsString> = words.skip(1).collect();
+    AgentArguments::from_command_line(words).ok()
+}
+
+fn cost_of(process: &Path) -> Option<Cost> {
+    let rollup = std::fs::read_to_string(process.join("smaps_rollup")).ok()?;
+    let kibibytes = |name: &str| {
+        let line = rollup.lines().find_map(|line| line.strip_prefix(name))?;
+        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
+    };
+    Some(Cost {
+        resident_bytes: kibibytes("Rss:")? << 10,
+        proportional_bytes: kibibytes("Pss:")? << 10,
+        descriptors: std::fs::read_dir(process.join("fd")).ok()?.count() as u64,
+    })
+}
+
+/// Files below `directory`, and what they take in bytes.
+fn size_of_tree(directory: &Path) -> (u64, u64) {
+    let Ok(entries) = std::fs::read_dir(directory) else { return (0, 0) };
+    let sizes = entries.flatten().map(|entry| match entry.metadata() {
+        Ok(metadata) if metadata.is_dir() => size_of_tree(&entry.path()),
+        Ok(metadata) => (1, std::os::unix::fs::MetadataExt::blocks(&metadata) * 512),
+        Err(_) => (0, 0),
+    });
+    sizes.fold((0, 0), |(files, bytes), (more, larger)| (files + more, bytes + larger))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{cost_of, parent_of, size_of_tree};
+    use std::path::Path;
+
+    #[test]
+    fn a_process_has_a_parent_memory_and_descriptors() {
+        let own = Path::new("/proc/self");
+        assert_eq!(parent_of(own), Some(std::os::unix::process::parent_id()));
+        let cost = cost_of(own).unwrap();
+        assert!(cost.proportional_bytes > 0 && cost.proportional_bytes <= cost.resident_bytes);
+        assert!(cost.descriptors >= 3);
+    }
+
+    #[test]
+    fn what_is_not_there_has_no_size() {
+        assert_eq!(size_of_tree(Path::new("/proc/self/no-such")), (0, 0));
+        let (files, _) =
+            size_of_tree(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/soak").as_path());
+        assert!(files >= 4);
+    }
+}
