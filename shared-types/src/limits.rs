@@ -121,6 +121,9 @@ pub const ASKING_MS_MAX: f64 = 3_600_000.0;
 /// Most `[[load]]` entries of a scenario.
 pub const LOADS_MAX: usize = 100;
 
+/// Longest window in which restarts of a craft are counted, in seconds: a day.
+pub const RESTART_WINDOW_S_MAX: u32 = 86_400;
+
 /// Longest delay of a link, in milliseconds: a day.
 pub const DELAY_MS_MAX: f64 = 86_400_000.0;
 

@@ -89,7 +89,9 @@ impl Metric {
         }
     }
 
-    const fn is_digest(self) -> bool {
+    /// Whether it compares digests, of the path or of boards.
+    #[must_use]
+    pub const fn is_digest(self) -> bool {
         matches!(self, Self::PathDigest | Self::BoardDigest | Self::ReplicaDigest)
     }
 }

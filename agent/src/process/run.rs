@@ -1,12 +1,13 @@
 //! A craft's process from its first act to its last.
 
+use super::doom::{Doomed, Point};
 use super::session::{Rest, Session, SessionError, Surroundings, Usage};
 use super::startup::{self, AgentArguments, Ending, StartupError};
 use crate::craft::Craft;
 use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
 use shared_types::transport::iceoryx::{EndpointOptions, IceoryxEndpoint, IdleWait, OpenError};
-use shared_types::transport::{RunPaths, SendError, WakeMode, clock};
+use shared_types::transport::{Endpoint, RunPaths, SendError, WakeMode, clock};
 use std::os::fd::AsFd;
 
 /// How often a centre without a part in the epoch looks up in wake mode `poll`, in which nobody
@@ -38,6 +39,10 @@ pub enum ProcessError {
 /// # Errors
 /// If the process cannot start, or its transport fails.
 pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
+    let doom = arguments.doom;
+    if let Some(doom) = doom {
+        doom.strike_at(Point::StartUp);
+    }
     let ending = startup::take_first_steps(arguments)?;
     let paths = RunPaths::below(&arguments.base, arguments.run);
     if !paths.lock_file().exists() {
@@ -48,6 +53,9 @@ pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
         hears_turns: arguments.craft != CraftId(arguments.craft_count),
         ..EndpointOptions::new(arguments.craft_count + 1, arguments.wake)
     };
+    if let Some(doom) = doom {
+        doom.strike_soon_after(Point::Opening);
+    }
     let endpoint = IceoryxEndpoint::open(&paths, arguments.craft, arguments.incarnation, options)?;
     let surroundings = System {
         ending: &ending,
@@ -56,8 +64,29 @@ pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
         page_bytes: rustix::param::page_size() as u64,
     };
     let craft = Craft::new(arguments.craft).with_neighbours(arguments.beside.clone());
-    let ended = Session::new(craft, endpoint, surroundings).run();
+    let ended = match doom {
+        None => Session::new(craft, endpoint, surroundings).run(),
+        Some(doom) => Session::new(craft, Doomed::new(endpoint, doom), surroundings).run(),
+    };
     Ok(ended?)
+}
+
+/// An endpoint with one of iceoryx2 inside, which a process can sleep on.
+trait Real: Endpoint {
+    /// The endpoint of iceoryx2.
+    fn real(&mut self) -> &mut IceoryxEndpoint;
+}
+
+impl Real for IceoryxEndpoint {
+    fn real(&mut self) -> &mut IceoryxEndpoint {
+        self
+    }
+}
+
+impl Real for Doomed<IceoryxEndpoint> {
+    fn real(&mut self) -> &mut IceoryxEndpoint {
+        self.inner_mut()
+    }
 }
 
 /// The process's clock, memory and waiting.
@@ -75,7 +104,7 @@ impl Drop for System<'_> {
     }
 }
 
-impl Surroundings<IceoryxEndpoint> for System<'_> {
+impl<E: Real> Surroundings<E> for System<'_> {
     fn now(&self) -> Nanos {
         clock::now()
     }
@@ -121,7 +150,8 @@ impl Surroundings<IceoryxEndpoint> for System<'_> {
         self.idle.reset();
     }
 
-    fn rest(&mut self, endpoint: &mut IceoryxEndpoint, rest: Rest) -> Result<(), SendError> {
+    fn rest(&mut self, endpoint: &mut E, rest: Rest) -> Result<(), SendError> {
+        let endpoint = endpoint.real();
         let others = [self.ending.as_fd()];
         match rest {
             Rest::Yield => rustix::thread::sched_yield(),

@@ -11,13 +11,13 @@ mod interval;
 use crate::craft::dispatch::dispatch;
 use crate::craft::{Craft, Outbox};
 use interval::Interval;
-use shared_types::ids::Turn;
+use shared_types::ids::{CraftId, Turn};
 use shared_types::knowledge::{FleetView, NetworkError};
 use shared_types::limits::REPORT_PART_BYTES;
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Endpoint, SendError, WorldSample};
 use shared_types::wire::{
-    ArchivedEpochSpec, Class, EpochSpec, Header, Kind, TrialReport, TurnCommand,
+    ArchivedEpochSpec, Class, EpochSpec, Header, Kind, MembershipChange, TrialReport, TurnCommand,
 };
 use zerocopy::{FromBytes, IntoBytes};
 
@@ -86,6 +86,7 @@ enum Order {
     Go(Nanos),
     Tally(u32),
     Report,
+    Membership(MembershipChange),
     Stop,
 }
 
@@ -157,11 +158,13 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             let arrived = self.endpoint.drain(&mut |_, header, payload| {
                 orders.extend(order(header, payload));
             })?;
-            for order in self.orders.drain(..) {
+            for order in std::mem::take(&mut self.orders) {
                 match order {
                     Order::Begin(spec) => return Ok(Some(spec)),
                     Order::Stop => return Ok(None),
-                    Order::Connect | Order::Go(_) | Order::Tally(_) | Order::Report => {}
+                    Order::Membership(change) => self.note(change),
+                    Order::Tally(question) => self.answer_tally(question)?,
+                    Order::Connect | Order::Go(_) | Order::Report => {}
                 }
             }
             if self.surroundings.must_end() {
@@ -207,6 +210,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                     Order::Go(started) => self.go(started, fleet),
                     Order::Tally(question) => self.answer_tally(question)?,
                     Order::Report => self.report()?,
+                    Order::Membership(change) => self.note(change),
                     Order::Stop => return Ok(Served::Stop),
                 }
             }
@@ -215,6 +219,13 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                 return Ok(Served::Stop);
             }
             self.rest(arrived)?;
+        }
+    }
+
+    /// A process is gone: what waits for it would reach its successor, to which it means nothing.
+    fn note(&mut self, change: MembershipChange) {
+        if change.is_up == 0 {
+            self.endpoint.discard(CraftId(change.craft));
         }
     }
 
@@ -315,13 +326,18 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         Ok(())
     }
 
-    /// Waits until everything sent lies in an inbox: no part of a report may be lost behind another.
+    /// Waits until everything sent to the orchestrator lies in its inbox: no part of a report may be
+    /// lost behind another. Others are not waited for: one may be dead.
     fn await_outbox(&mut self) -> Result<(), SessionError> {
-        while self.endpoint.flush()? > 0 && !self.surroundings.must_end() {
+        loop {
+            self.endpoint.flush()?;
+            let is_held_back = self.endpoint.holds_back(Destination::Orchestrator);
+            if !is_held_back || self.surroundings.must_end() {
+                return Ok(());
+            }
             self.endpoint.ring();
             self.surroundings.rest(&mut self.endpoint, Rest::Yield)?;
         }
-        Ok(())
     }
 
     /// Tells the orchestrator something.
@@ -371,6 +387,7 @@ fn order(header: &Header, payload: &[u8]) -> Option<Order> {
         Kind::Go => Some(Order::Go(Nanos(header.intended_ns))),
         Kind::Tally => Some(Order::Tally(header.argument)),
         Kind::EpochEnd => Some(Order::Report),
+        Kind::Membership => MembershipChange::read_from_bytes(payload).ok().map(Order::Membership),
         Kind::Stop => Some(Order::Stop),
         _ => None,
     }

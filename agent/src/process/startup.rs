@@ -17,6 +17,7 @@ mod guard;
 mod tests;
 
 pub use arguments::{AgentArguments, ArgumentError};
+pub(super) use guard::kill_this_process;
 pub use guard::{ABRUPT_END_MS, Ending, ORDERLY_END_MS};
 
 use rustix::fs::{FlockOperation, flock};

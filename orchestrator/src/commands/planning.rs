@@ -13,10 +13,13 @@ use crate::run::plan::{
     CapacityPlan, FleetPlan, LoadLabel, LoadPlan, Offered, OpenPlan, RunPlan, TimingPlan,
 };
 use crate::scenario::{ResolvedScenario, compile};
+use crate::supervision::restart::RestartPolicy;
 use crate::workload::{Trace, draw_at};
 use shared_types::knowledge::FleetNetwork;
 use shared_types::rng::{Purpose, Stream};
-use shared_types::scenario::{Capacity, Fleet, LoadEntry, LoadStrategies, RunMode, Scenario};
+use shared_types::scenario::{
+    Capacity, Faults, Fleet, LoadEntry, LoadStrategies, Restart, RunMode, Scenario,
+};
 use shared_types::wire::StrategyKind;
 
 /// How long a cell runs unmeasured before its times count, ns (MEASURING: at least 200 ms).
@@ -115,6 +118,16 @@ pub(super) fn plan(
         wake: first.fleet.wake,
         turn_limit_ns: u64::from(first.run.turn_limit_ms) * 1_000_000,
         time_limit_s: common.time_limit_s,
+        restart: restart_policy(&first.faults),
+    })
+}
+
+/// How crafts that die are followed by successors.
+fn restart_policy(faults: &Faults) -> Option<RestartPolicy> {
+    (faults.restart == Restart::OnFailure).then(|| RestartPolicy {
+        limit: faults.restart_limit,
+        window_ns: u64::from(faults.restart_window_s) * 1_000_000_000,
+        pause_ns: u64::from(faults.restart_pause_ms) * 1_000_000,
     })
 }
 

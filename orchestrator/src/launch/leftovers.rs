@@ -36,6 +36,11 @@ impl Leftover {
         self.pid.as_raw_nonzero().get().unsigned_abs()
     }
 
+    /// Kills it; one that has ended by now is no error.
+    pub fn kill(&self) {
+        let _too_late = pidfd_send_signal(self.pidfd.as_fd(), Signal::KILL);
+    }
+
     /// Waits until it has ended or `deadline` has come; says whether it has ended.
     fn ends_before(&self, deadline: Nanos) -> bool {
         loop {
@@ -59,8 +64,7 @@ pub fn end_all(paths: &RunPaths) -> Vec<Leftover> {
     let deadline = clock::now().plus(END_MS * 1_000_000);
     left.retain(|leftover| !leftover.ends_before(deadline));
     for leftover in &left {
-        // It may have ended by now, and another user's process is not ours to end.
-        let _too_late = pidfd_send_signal(leftover.pidfd.as_fd(), Signal::KILL);
+        leftover.kill();
     }
     let deadline = clock::now().plus(KILL_MS * 1_000_000);
     for leftover in &left {
@@ -70,7 +74,8 @@ pub fn end_all(paths: &RunPaths) -> Vec<Leftover> {
 }
 
 /// The processes whose command line says that they are crafts of the run at `paths`.
-fn find(paths: &RunPaths) -> Vec<Leftover> {
+#[must_use]
+pub fn find(paths: &RunPaths) -> Vec<Leftover> {
     let Ok(entries) = std::fs::read_dir("/proc") else { return Vec::new() };
     entries
         .filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok())

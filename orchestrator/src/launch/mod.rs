@@ -6,6 +6,7 @@
 
 pub mod craft_process;
 pub mod host;
+pub mod janitor;
 pub mod leftovers;
 pub mod os_process;
 pub mod placement;

@@ -13,7 +13,7 @@ use super::craft_process::CraftProcess;
 use agent::process::startup::AgentArguments;
 use rustix::io::{Errno, FdFlags, fcntl_getfd, fcntl_setfd};
 use shared_types::ids::{CraftId, Incarnation};
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io;
 use std::marker::PhantomData;
 use std::os::fd::{BorrowedFd, RawFd};
@@ -118,14 +118,34 @@ impl Launcher {
         self.spawn(command, craft, Incarnation(0))
     }
 
-    /// The executable with streams and environment as every craft has them.
-    #[expect(clippy::disallowed_methods, reason = "the one place that starts processes")]
+    /// Starts `executable` as an orchestrator of its own, for campaigns that kill orchestrators.
+    ///
+    /// # Errors
+    /// If the process cannot be started.
+    pub fn spawn_orchestrator<'e>(
+        &self,
+        executable: &Path,
+        arguments: impl IntoIterator<Item = OsString>,
+        environment: impl IntoIterator<Item = (&'e str, &'e OsStr)>,
+    ) -> Result<CraftProcess, LaunchError> {
+        keep_descriptors_from_children().map_err(LaunchError::Descriptors)?;
+        let mut command = self.command_of(executable);
+        command.args(arguments).envs(environment);
+        self.spawn(command, CraftId::ORCHESTRATOR, Incarnation(0))
+    }
+
     fn command(&self) -> Command {
+        self.command_of(&self.executable)
+    }
+
+    /// An executable with streams and environment as every craft has them.
+    #[expect(clippy::disallowed_methods, reason = "the one place that starts processes")]
+    fn command_of(&self, executable: &Path) -> Command {
         let errors = match self.errors {
             CraftErrors::Kept => Stdio::piped(),
             CraftErrors::Inherited => Stdio::inherit(),
         };
-        let mut command = Command::new(&self.executable);
+        let mut command = Command::new(executable);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors);
         command.env_clear();
         for name in KEPT_VARIABLES {

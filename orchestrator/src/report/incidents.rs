@@ -55,6 +55,10 @@ fn sentence(event: &Event) -> Option<String> {
         Event::CraftLost { size, name, end, phase } => {
             Some(format!("craft `{name}` of the fleet of {size} was lost ({end}) in {phase}"))
         }
+        Event::CraftRestarted { size, name, rejoined_ns, .. } => {
+            let ms = *rejoined_ns as f64 / 1e6;
+            Some(format!("craft `{name}` of the fleet of {size} lived again after {ms:.0} ms"))
+        }
         Event::Discrepancy { cell, trial, what } => {
             Some(format!("{} crafts, {}, trial {trial}: {what}", cell.size, cell.strategy))
         }

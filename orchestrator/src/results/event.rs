@@ -95,6 +95,24 @@ pub enum Event {
         /// What the run was doing: starting, turn 17 of trial 3, ...
         phase: String,
     },
+    /// A craft that was lost lives again, and the fleet went on. Times count from when its end was
+    /// noticed, ns.
+    CraftRestarted {
+        /// Crafts of its fleet.
+        size: u32,
+        /// Its name in the scenario.
+        name: String,
+        /// Which life it lives now; lives are numbered across the fleet.
+        incarnation: u32,
+        /// Until what it held was freed and removed.
+        reclaimed_ns: u64,
+        /// Until everybody else knew and had given the trial up.
+        known_ns: u64,
+        /// Until its new process was up.
+        ready_ns: u64,
+        /// Until it was connected in the next trial.
+        rejoined_ns: u64,
+    },
     /// An identity does not hold.
     Discrepancy {
         /// Where it belongs.

@@ -9,6 +9,7 @@ pub mod crafts;
 pub mod diff;
 pub mod directory;
 pub mod event;
+pub mod faults;
 pub mod figure;
 pub mod histogram;
 pub mod host;

@@ -5,14 +5,15 @@
 
 use super::complete;
 use super::event::{Event, EventLine};
+use super::faults::FaultRecord;
 use super::histogram::{IntervalLog, STALENESS_TAG, from_interval_log};
 use super::inference::quantiles::Slice;
 use super::load::{CapacityRecord, LoadRecord};
 use super::provenance::Provenance;
 use super::record::{TimingRecord, TrialRecord};
 use super::store::{
-    CAPACITIES_FILE, EVENTS_FILE, LATEST_LINK, LOADS_FILE, PROVENANCE_FILE, SCENARIO_FILE,
-    SUMMARY_FILE, TIMINGS_FILE, TRIALS_FILE,
+    CAPACITIES_FILE, EVENTS_FILE, FAULTS_FILE, LATEST_LINK, LOADS_FILE, PROVENANCE_FILE,
+    SCENARIO_FILE, SUMMARY_FILE, TIMINGS_FILE, TRIALS_FILE,
 };
 use crate::outcome::Outcome;
 use hdrhistogram::Histogram;
@@ -99,6 +100,8 @@ pub struct RunData {
     pub loads: Vec<LoadCell>,
     /// In the order in which they were searched for.
     pub capacities: Vec<CapacityRecord>,
+    /// Faults of a campaign, in the order in which they were inflicted.
+    pub faults: Vec<FaultRecord>,
     /// In the order in which they happened.
     pub events: Vec<EventLine>,
     /// What could not be read.
@@ -146,6 +149,8 @@ pub fn read_run(directory: &Path) -> Result<RunData, ReadError> {
         reader.lines(TIMINGS_FILE).into_iter().map(|record| reader.timed(record)).collect();
     let loads = reader.lines(LOADS_FILE).into_iter().map(|record| reader.loaded(record)).collect();
     let capacities = reader.lines(CAPACITIES_FILE);
+    let is_campaign = directory.join(FAULTS_FILE).exists();
+    let faults = if is_campaign { reader.lines(FAULTS_FILE) } else { Vec::new() };
     let events = reader.lines(EVENTS_FILE);
     let missing = reader.missing;
     let mut run = RunData {
@@ -156,6 +161,7 @@ pub fn read_run(directory: &Path) -> Result<RunData, ReadError> {
         timings,
         loads,
         capacities,
+        faults,
         events,
         missing,
     };

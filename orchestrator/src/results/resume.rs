@@ -244,6 +244,7 @@ fn kept_events(text: &str, done: &BTreeSet<FleetKey>) -> Vec<u8> {
             | Event::EpochDone { cell: Cell { block, size, .. }, .. }
             | Event::HostChecked { block, size, .. } => done.contains(&(size, block)),
             Event::CraftLost { .. }
+            | Event::CraftRestarted { .. }
             | Event::Discrepancy { .. }
             | Event::Note { .. }
             | Event::Interrupted { .. }

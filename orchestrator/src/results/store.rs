@@ -8,10 +8,12 @@
 //!     timings.jsonl            one [`TimingRecord`] a line
 //!     loads.jsonl              one [`LoadRecord`] a line
 //!     capacities.jsonl         one [`CapacityRecord`] a line
+//!     faults.jsonl             one [`FaultRecord`] a line; campaigns only
 //!     events.jsonl             one [`EventLine`] a line
 //!     measurements.csv         the same numbers in long form, one value a row
 //!     turn-time-*.hlog, .hgrm  one histogram per timing cell
 //!     load-*.hlog, .hgrm       the histograms of each cell of open mode; .hgrm of time to knowledge
+//!     recovery-*.hlog, .hgrm   times of each step of recovery; campaigns only
 //!     summary.json             written last, from the files above alone
 //! runs/latest                  points at the newest
 //! ```
@@ -22,6 +24,7 @@
 
 use super::directory::{make_directory, point_latest_at};
 use super::event::{Event, EventLine};
+use super::faults::FaultRecord;
 use super::histogram::{to_interval_log, to_load_log, to_percentile_table};
 use super::load::{CapacityRecord, LoadHistograms, LoadRecord};
 use super::measurements;
@@ -56,6 +59,8 @@ pub const TIMINGS_FILE: &str = "timings.jsonl";
 pub const LOADS_FILE: &str = "loads.jsonl";
 /// Name of the file of the searches for capacity.
 pub const CAPACITIES_FILE: &str = "capacities.jsonl";
+/// Name of the file of a campaign's faults; only campaigns have one.
+pub const FAULTS_FILE: &str = "faults.jsonl";
 /// Name of the events' file.
 pub const EVENTS_FILE: &str = "events.jsonl";
 /// Name of the long form.
@@ -274,6 +279,27 @@ impl Store {
         self.written(done, CAPACITIES_FILE)?;
         let done = self.measurements.write_all(&measurements::capacity_lines(record));
         self.written(done, MEASUREMENTS_FILE)
+    }
+
+    /// Keeps a fault of a campaign.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn append_fault(&mut self, record: &FaultRecord) -> Result<(), StoreError> {
+        let path = self.directory.join(FAULTS_FILE);
+        let done = append(&path).and_then(|mut file| file.write_all(&json_line(record)));
+        self.written(done, FAULTS_FILE)
+    }
+
+    /// Keeps the times of a step of recovery, ns, as histograms.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn keep_recovery_times(&self, step: &str, times_ns: Vec<u64>) -> Result<(), StoreError> {
+        let table = to_percentile_table(&histogram_of(times_ns.iter().copied()));
+        self.replace(&format!("recovery-{step}.hgrm"), &table)?;
+        let log = to_interval_log(&[times_ns], self.elapsed_ns());
+        self.replace(&format!("recovery-{step}.hlog"), &log)
     }
 
     /// Keeps an event, stamped with the time since the directory was made.

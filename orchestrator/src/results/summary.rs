@@ -7,6 +7,7 @@
 
 use super::crafts::{CraftCell, craft_cells};
 use super::event::{Event, EventLine};
+use super::faults::CampaignFigures;
 use super::figure::Figures;
 use super::host::HostReport;
 use super::load::{CapacityRecord, LoadRecord};
@@ -106,6 +107,9 @@ pub struct Timing {
     pub capacities: Vec<CapacityRecord>,
     /// Every trial's times and costs, in the order in which they were run.
     pub trials: Vec<TrialTimes>,
+    /// Faults and what followed; campaigns only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub campaign: Option<CampaignFigures>,
 }
 
 /// Times and costs of one strategy at one fleet size.
@@ -172,6 +176,7 @@ impl Summary {
             load_records: run.loads.iter().map(|cell| cell.record.clone()).collect(),
             capacities: run.capacities.clone(),
             trials: run.trials.iter().map(trial_times).collect(),
+            campaign: (!run.faults.is_empty()).then(|| CampaignFigures::of(&run.faults)),
         };
         Self { format: SUMMARY_FORMAT, deterministic, timing }
     }
@@ -218,6 +223,7 @@ impl Summary {
 fn is_incident(event: &Event) -> bool {
     match event {
         Event::CraftLost { .. }
+        | Event::CraftRestarted { .. }
         | Event::Discrepancy { .. }
         | Event::Note { .. }
         | Event::Resumed { .. }

@@ -1,5 +1,6 @@
 //! What plays trials: a real fleet or the simulator, behind one trait.
 
+use super::recovery::Recovery;
 use crate::supervision::signals::{Signals, StopRequest};
 use crate::supervision::watch::CraftEnded;
 use agent::lockstep::Outcome;
@@ -128,6 +129,20 @@ pub trait Backend {
         spec: &EpochSpec,
         network: &FleetNetwork,
     ) -> Result<PlayedOpen, PlayError>;
+
+    /// Puts successors into the places of processes that ended; the epoch under way is given up.
+    ///
+    /// # Errors
+    /// [`PlayError::Lost`] where nobody is restarted, or no more; else why it cannot go on.
+    fn recover(&mut self, lost: Vec<CraftEnded>) -> Result<(), PlayError> {
+        Err(PlayError::Lost(lost))
+    }
+
+    /// Recoveries that are over since the last call; with `all` those under way as well.
+    fn take_recoveries(&mut self, all: bool) -> Vec<Recovery> {
+        let _ = all;
+        Vec::new()
+    }
 
     /// From the first spawn to the first turn's command, ns; `None` in simulation and before that.
     fn ready_ns(&self) -> Option<u64>;

@@ -97,6 +97,7 @@ impl Runner<'_> {
         let was_ready = backend.ready_ns().is_some();
         let result = backend.play(&prepared.playable(spec), &prepared.network);
         self.epoch += 1;
+        self.keep_recoveries(backend, plan, false)?;
         if let (false, Some(ready_ns)) = (was_ready, backend.ready_ns()) {
             self.store.event(Event::FleetReady { block, size, ready_ns })?;
         }
@@ -114,6 +115,9 @@ impl Runner<'_> {
                 let expected = replay.expected(&fleet, &rules, strategy);
                 let suspects = verdict::suspects(&expected, &reports, names);
                 return self.fault(cell, spec, standing, suspects, &reports).map(Err);
+            }
+            Err(PlayError::Lost(lost)) => {
+                return self.go_on_without(lost, backend, plan, (cell, spec, &phase)).map(Err);
             }
             Err(error) => return self.end_early(plan, &phase, error).map(Err),
         };
@@ -140,19 +144,7 @@ impl Runner<'_> {
     ) -> Result<Ended, StoreError> {
         let outcome = match error {
             PlayError::Lost(lost) => {
-                for craft in lost {
-                    let name = plan.scenario.names().craft(craft.craft).to_owned();
-                    let said = craft.said.trim();
-                    let (colon, said) = if said.is_empty() { ("", "") } else { (": ", said) };
-                    self.progress
-                        .say(&format!("{name} was lost ({}) in {phase}{colon}{said}", craft.how));
-                    self.store.event(Event::CraftLost {
-                        size: plan.scenario.craft_count(),
-                        name,
-                        end: verdict::process_end(craft.how),
-                        phase: phase.to_owned(),
-                    })?;
-                }
+                self.keep_losses(&lost, plan, phase)?;
                 Outcome::Partial
             }
             PlayError::Stopped(request) => {

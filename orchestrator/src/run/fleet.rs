@@ -6,21 +6,23 @@
 
 use super::backend::PlayError;
 use super::patience::Patience;
+use super::recovery::{Life, Recovery};
+use super::strike::{Strike, Struck};
 use crate::launch::craft_process::CraftProcess;
 use crate::launch::os_process::Launcher;
 use crate::launch::placement::Placement;
 use crate::launch::run_root::RunRoot;
+use crate::supervision::restart::{RestartPolicy, Restarts};
 use crate::supervision::shutdown::{Graces, ShutdownReport, end_fleet};
 use crate::supervision::signals::Signals;
 use crate::supervision::watch::Watch;
-use agent::process::startup::AgentArguments;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::Errno;
-use shared_types::ids::{CraftId, Incarnation};
+use agent::process::doom::Doom;
+use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
 use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost, IdleWait, Wake};
 use shared_types::transport::{Destination, Endpoint, Peers, WakeMode, clock};
 use shared_types::wire::{Class, EpochSpec, HEADER_BYTES, Header, Kind, Traffic};
+use std::collections::BTreeMap;
 use std::os::fd::AsFd;
 
 /// How long crafts may take to come up, to open their ports, or to report, ns. Generous: a fleet of
@@ -45,6 +47,10 @@ pub struct FleetOptions {
     pub turn_limit_ns: u64,
     /// When the run must be over.
     pub run_ends: Option<Nanos>,
+    /// How crafts that die are followed by successors; `None` if they are not.
+    pub restart: Option<RestartPolicy>,
+    /// Who kills itself where, in the next life that is started.
+    pub dooms: BTreeMap<CraftId, Doom>,
 }
 
 impl FleetOptions {
@@ -61,11 +67,12 @@ impl FleetOptions {
 /// run's files.
 #[derive(Debug)]
 pub struct RealFleet<'a> {
-    watch: Watch,
+    pub(super) watch: Watch,
     pub(super) endpoint: IceoryxEndpoint,
     _host: IceoryxHost,
-    root: RunRoot,
-    signals: &'a mut Signals,
+    pub(super) root: RunRoot,
+    pub(super) launcher: &'a Launcher,
+    pub(super) signals: &'a mut Signals,
     idle: IdleWait,
     waits: u32,
     patience: Patience,
@@ -78,6 +85,16 @@ pub struct RealFleet<'a> {
     pub(super) planted_slowdown_percent: u64,
     spawned: Nanos,
     pub(super) ready_ns: Option<u64>,
+    /// By process.
+    pub(super) lives: Vec<Life>,
+    /// The number of the latest life: later ones have larger ones, whosever they are.
+    pub(super) lives_given: u32,
+    pub(super) restarts: Option<Restarts>,
+    /// Those that are under way, and those that nobody has asked for.
+    pub(super) recoveries: Vec<Recovery>,
+    /// Blows that are planned, the next one last, and those that were struck.
+    pub(super) strikes: Vec<Strike>,
+    pub(super) struck: Vec<Struck>,
 }
 
 /// Takes a message: from whom, what it is, its header and payload.
@@ -99,7 +116,7 @@ impl<'a> RealFleet<'a> {
     /// If services cannot be created, or a process cannot be started or ends; nothing is left.
     pub fn launch(
         options: FleetOptions,
-        launcher: &Launcher,
+        launcher: &'a Launcher,
         signals: &'a mut Signals,
     ) -> Result<Self, PlayError> {
         let failed = |what: &'static str| {
@@ -115,14 +132,12 @@ impl<'a> RealFleet<'a> {
         endpoint
             .open_ports(&Peers { unicast: centre.into_iter().collect(), ..Peers::default() })?;
         let spawned = clock::now();
-        let arguments = (0..options.processes()).map(|craft| arguments(&root, &options, craft));
-        let processes =
-            launcher.spawn_all(arguments).map_err(|error| failed("no processes")(&error))?;
         let mut fleet = Self {
-            watch: watch(processes).map_err(|error| failed("no supervision")(&error))?,
+            watch: Watch::new().map_err(|error| failed("no supervision")(&error))?,
             endpoint,
             _host: host,
             root,
+            launcher,
             signals,
             idle: IdleWait::new(options.wake),
             waits: 0,
@@ -132,10 +147,25 @@ impl<'a> RealFleet<'a> {
             planted_slowdown_percent: 0,
             spawned,
             ready_ns: None,
+            lives: vec![Life::default(); options.processes() as usize],
+            lives_given: 0,
+            restarts: options.restart.map(Restarts::new),
+            recoveries: Vec::new(),
+            strikes: Vec::new(),
+            struck: Vec::new(),
             options,
         };
-        let processes = fleet.options.processes();
-        fleet.await_all(Kind::Ready, None, processes)?;
+        let arguments: Vec<_> =
+            (0..fleet.options.processes()).map(|craft| fleet.arguments(CraftId(craft))).collect();
+        let processes =
+            launcher.spawn_all(arguments).map_err(|error| failed("no processes")(&error))?;
+        for process in processes {
+            fleet.watch.add(process).map_err(|error| failed("no supervision")(&error))?;
+        }
+        match fleet.await_ready() {
+            Err(PlayError::Lost(lost)) => fleet.replace(lost)?,
+            ended => ended?,
+        }
         Ok(fleet)
     }
 
@@ -221,7 +251,7 @@ impl<'a> RealFleet<'a> {
         self.send_with(to, header, payload)
     }
 
-    fn send_with(
+    pub(super) fn send_with(
         &mut self,
         to: Destination,
         mut header: Header,
@@ -276,33 +306,6 @@ impl<'a> RealFleet<'a> {
         Ok(())
     }
 
-    /// Sleeps until `until`, or until a process ends, a signal comes or the run's time is up: crafts
-    /// do not wake it. Returns how often it woke.
-    pub(super) fn sleep(&mut self, until: Nanos) -> Result<u64, PlayError> {
-        const NANOS_PER_SECOND: u64 = 1_000_000_000;
-        let until = self.options.run_ends.map_or(until, |ends| ends.min(until));
-        let mut wakes = 0;
-        loop {
-            let left_ns = until.since(clock::now());
-            let timeout = Timespec {
-                tv_sec: i64::try_from(left_ns / NANOS_PER_SECOND).unwrap_or(i64::MAX),
-                tv_nsec: i64::try_from(left_ns % NANOS_PER_SECOND).unwrap_or(0),
-            };
-            let (processes, signals) = (self.watch.as_fd(), self.signals.as_fd());
-            let mut others = [processes, signals]
-                .map(|descriptor| PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
-            match poll(&mut others, Some(&timeout)) {
-                Ok(_) | Err(Errno::INTR) => {}
-                Err(error) => return Err(PlayError::Failed(format!("sleeping: {error}"))),
-            }
-            wakes += 1;
-            self.look_around()?;
-            if clock::now() >= until {
-                return Ok(wakes);
-            }
-        }
-    }
-
     /// From `now` on an answer may take `limit_ns`.
     pub(super) fn be_patient(&mut self, limit_ns: u64, now: Nanos) {
         self.patience = Patience::new(limit_ns, now);
@@ -317,8 +320,14 @@ impl<'a> RealFleet<'a> {
     /// Lets others run, then hands over what has arrived.
     pub(super) fn pump(&mut self, visit: &mut Visit<'_>) -> Result<(), PlayError> {
         self.rest()?;
-        let arrived = self.endpoint.drain(&mut |_, header, payload| {
+        let Self { endpoint, lives, .. } = self;
+        let arrived = endpoint.drain(&mut |_, header, payload| {
             if let Some(kind) = header.kind() {
+                if kind == Kind::Ready
+                    && let Some(life) = lives.get_mut(header.source as usize)
+                {
+                    life.is_ready |= life.incarnation.0 == header.incarnation;
+                }
                 visit(CraftId(header.source), kind, header, payload);
             }
         })?;
@@ -336,6 +345,7 @@ impl<'a> RealFleet<'a> {
         let others = [self.watch.as_fd(), self.signals.as_fd()];
         let look = self.patience.next_look();
         let until = self.options.run_ends.map_or(look, |ends| ends.min(look));
+        let until = self.next_strike().map_or(until, |due| due.min(until));
         let wake = self.idle.wait(&mut self.endpoint, Some(until), &others)?;
         self.waits = self.waits.wrapping_add(1);
         if self.waits.is_multiple_of(WAITS_BETWEEN_LOOKS) || wake != Wake::Bell {
@@ -350,6 +360,7 @@ impl<'a> RealFleet<'a> {
         if let Some(request) = self.signals.poll().map_err(system)? {
             return Err(PlayError::Stopped(request));
         }
+        self.strike_when_due().map_err(system)?;
         let ended = self.watch.poll().map_err(system)?;
         if !ended.is_empty() {
             return Err(PlayError::Lost(ended));
@@ -359,27 +370,4 @@ impl<'a> RealFleet<'a> {
         }
         Ok(())
     }
-}
-
-/// The command line of process `craft`.
-fn arguments(root: &RunRoot, options: &FleetOptions, craft: u32) -> AgentArguments {
-    AgentArguments {
-        run: root.run(),
-        base: root.paths().base().to_owned(),
-        craft: CraftId(craft),
-        craft_count: options.crafts,
-        incarnation: Incarnation(0),
-        parent_pid: std::process::id(),
-        wake: options.wake,
-        cores: options.placement.of(CraftId(craft)).to_vec(),
-        beside: options.placement.beside(CraftId(craft)),
-    }
-}
-
-fn watch(processes: Vec<CraftProcess>) -> std::io::Result<Watch> {
-    let mut watch = Watch::new()?;
-    for process in processes {
-        watch.add(process)?;
-    }
-    Ok(watch)
 }

@@ -16,6 +16,7 @@ pub mod estimate;
 mod fleet;
 mod guard;
 mod loads;
+mod losses;
 pub mod measured;
 pub mod offer;
 mod open_play;
@@ -24,14 +25,17 @@ mod patience;
 pub mod plan;
 mod play;
 mod probing;
+mod recovery;
 mod reports;
 mod staleness;
+pub mod strike;
 #[cfg(test)]
 mod tests;
 mod timing;
 pub mod verdict;
 
 pub use fleet::{FleetEnd, FleetOptions, RealFleet};
+pub use recovery::Recovery;
 
 use crate::launch::os_process::Launcher;
 use crate::outcome::Outcome;
@@ -65,6 +69,8 @@ enum Ended {
     Complete,
     /// Early, for this reason: no further fleet is started.
     Early(Outcome),
+    /// An epoch of it alone: a craft was lost in it, and its successor takes part in the next.
+    Epoch,
 }
 
 /// The loop and what it has in hands.
@@ -209,7 +215,8 @@ impl<'a> Runner<'a> {
     }
 
     /// Ends a fleet and says who did not end by itself, and what could not be removed.
-    fn end_fleet(&mut self, fleet: RealFleet<'_>, plan: &FleetPlan) -> Result<(), StoreError> {
+    fn end_fleet(&mut self, mut fleet: RealFleet<'_>, plan: &FleetPlan) -> Result<(), StoreError> {
+        self.keep_recoveries(&mut fleet, plan, true)?;
         let end = fleet.end();
         for &craft in &end.report.killed {
             let name = plan.scenario.names().craft(craft);
@@ -237,6 +244,7 @@ impl<'a> Runner<'a> {
                 let spec = rules.spec(self.epoch, network, strategy);
                 match self.play_epoch(backend, plan, cell, &spec, &prepared)? {
                     Ok(record) => self.store.append_trial(&record)?,
+                    Err(Ended::Epoch) => {}
                     Err(ended) => return Ok(ended),
                 }
                 self.done += 1;

@@ -11,10 +11,13 @@ use super::fleet::RealFleet;
 use super::play::taking_part;
 use super::reports::Reports;
 use agent::simulation::SimulationError;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 use shared_types::knowledge::FleetNetwork;
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
 use shared_types::wire::{Class, EpochSpec, Header, Kind, TallyReport, Traffic, TrialReport};
+use std::os::fd::AsFd as _;
 use zerocopy::FromBytes;
 
 /// How far ahead of the trace its beginning is told, ns: a part for all, and one for each process,
@@ -72,6 +75,33 @@ impl RealFleet<'_> {
             orchestrator_sleeps,
             control: self.control,
         })
+    }
+
+    /// Sleeps until `until`, or until a process ends, a signal comes or the run's time is up: crafts
+    /// do not wake it. Returns how often it woke.
+    pub(super) fn sleep(&mut self, until: Nanos) -> Result<u64, PlayError> {
+        const NANOS_PER_SECOND: u64 = 1_000_000_000;
+        let until = self.options.run_ends.map_or(until, |ends| ends.min(until));
+        let mut wakes = 0;
+        loop {
+            let left_ns = until.since(clock::now());
+            let timeout = Timespec {
+                tv_sec: i64::try_from(left_ns / NANOS_PER_SECOND).unwrap_or(i64::MAX),
+                tv_nsec: i64::try_from(left_ns % NANOS_PER_SECOND).unwrap_or(0),
+            };
+            let (processes, signals) = (self.watch.as_fd(), self.signals.as_fd());
+            let mut others = [processes, signals]
+                .map(|descriptor| PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
+            match poll(&mut others, Some(&timeout)) {
+                Ok(_) | Err(Errno::INTR) => {}
+                Err(error) => return Err(PlayError::Failed(format!("sleeping: {error}"))),
+            }
+            wakes += 1;
+            self.look_around()?;
+            if clock::now() >= until {
+                return Ok(wakes);
+            }
+        }
     }
 
     /// Asks until the fleet is quiet; says whether it became so before it is given up.

@@ -5,10 +5,12 @@ use super::capacity::Search;
 use crate::launch::placement::Placement;
 use crate::results::record::Label;
 use crate::scenario::ResolvedScenario;
+use crate::supervision::restart::RestartPolicy;
 use crate::workload::Trace;
 use shared_types::time::Nanos;
 use shared_types::transport::WakeMode;
 use shared_types::wire::StrategyKind;
+use std::collections::BTreeMap;
 
 /// Trial numbers of the epochs that measure time start here, apart from the trials.
 const FIRST_TIMING_TRIAL: u32 = 1_000_000;
@@ -160,6 +162,8 @@ pub struct RunPlan {
     pub turn_limit_ns: u64,
     /// After how many seconds the run ends.
     pub time_limit_s: Option<u32>,
+    /// How crafts that die are followed by successors; `None` if they are not.
+    pub restart: Option<RestartPolicy>,
 }
 
 impl RunPlan {
@@ -208,6 +212,8 @@ impl RunPlan {
             placement: plan.placement.clone(),
             turn_limit_ns: self.turn_limit_ns,
             run_ends,
+            restart: self.restart,
+            dooms: BTreeMap::new(),
         }
     }
 }

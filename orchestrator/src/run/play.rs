@@ -3,7 +3,9 @@
 
 use super::backend::{Backend, Clocked, PlayError, Played, PlayedOpen};
 use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
+use super::recovery::Recovery;
 use super::reports::Reports;
+use crate::supervision::watch::CraftEnded;
 use agent::lockstep::Referee;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::FleetNetwork;
@@ -54,6 +56,14 @@ impl Backend for RealFleet<'_> {
         self.play_interval(spec, network)
     }
 
+    fn recover(&mut self, lost: Vec<CraftEnded>) -> Result<(), PlayError> {
+        self.replace(lost)
+    }
+
+    fn take_recoveries(&mut self, all: bool) -> Vec<Recovery> {
+        self.recoveries_over(all)
+    }
+
     fn ready_ns(&self) -> Option<u64> {
         self.ready_ns
     }
@@ -77,7 +87,9 @@ impl RealFleet<'_> {
         self.await_all(Kind::EpochReady, Some(spec.epoch), processes)?;
         shared_types::transport::Endpoint::update_connections(&mut self.endpoint)?;
         self.tell(spec, Kind::Connect, &[])?;
-        self.await_all(Kind::Connected, Some(spec.epoch), processes)
+        self.await_all(Kind::Connected, Some(spec.epoch), processes)?;
+        self.note_rejoined(clock::now());
+        Ok(())
     }
 }
 

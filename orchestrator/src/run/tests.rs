@@ -110,6 +110,7 @@ fn judge(misdeed: Misdeed) -> (Outcome, Vec<String>, String) {
         wake: WakeMode::Adaptive,
         turn_limit_ns: 1_000_000_000,
         time_limit_s: None,
+        restart: None,
     };
     let folder = tempfile::tempdir().expect("a folder");
     let provenance = Provenance::gather(&RunIdentity {
@@ -128,7 +129,7 @@ fn judge(misdeed: Misdeed) -> (Outcome, Vec<String>, String) {
     let mut runner = Runner::new(&plan, &mut store, &mut told);
     let ended = runner.play_trials(&mut Misbehaving(misdeed), 0, &fleet).expect("kept");
     let outcome = match ended {
-        Ended::Complete => runner.outcome,
+        Ended::Complete | Ended::Epoch => runner.outcome,
         Ended::Early(outcome) => runner.outcome.worse(outcome),
     };
     let events = std::fs::read_to_string(store.directory().join(EVENTS_FILE)).expect("events");

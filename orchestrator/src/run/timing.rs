@@ -53,8 +53,9 @@ impl Runner<'_> {
             let network = self.epoch;
             for _ in 0..WARM_UP_EPOCHS_MAX {
                 let spec = rules.spec(self.epoch, network, strategy);
-                if let Err(ended) = self.play_epoch(backend, plan, cell, &spec, &prepared)? {
-                    return Ok(ended);
+                match self.play_epoch(backend, plan, cell, &spec, &prepared)? {
+                    Ok(_) | Err(Ended::Epoch) => {}
+                    Err(ended) => return Ok(ended),
                 }
                 warm_up_turns += u64::from(turns);
                 if clock::now().since(warm_up_began) >= timing.warm_up_ns {
@@ -68,6 +69,7 @@ impl Runner<'_> {
                 let spec = rules.spec(self.epoch, self.epoch, strategy);
                 match self.play_epoch(backend, plan, cell, &spec, &prepared)? {
                     Ok(record) => tally.add(&record),
+                    Err(Ended::Epoch) => {}
                     Err(ended) => return Ok(ended),
                 }
                 self.done += 1;
@@ -77,7 +79,7 @@ impl Runner<'_> {
                 cell,
                 again: label.again,
                 place,
-                epochs: timing.epochs,
+                epochs: u32::try_from(tally.turn_times_ns.len()).unwrap_or(u32::MAX),
                 warm_up_turns,
                 warm_up_ns,
                 ready_ns,

@@ -13,7 +13,9 @@ use super::thinking;
 use super::validate;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{BoardNetwork, Topology};
-use shared_types::scenario::{CraftCount, OneOrMany, RunMode, Scenario, SendPolicy, Trace};
+use shared_types::scenario::{
+    CraftCount, OneOrMany, Restart, RunMode, Scenario, SendPolicy, Trace,
+};
 use shared_types::wire::{EpochSpec, StrategyKind};
 
 /// A scenario that can be run as it stands. Written back as TOML it reads as the same value.
@@ -222,7 +224,11 @@ fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
             is_simulated && !scenario.load.is_empty(),
             "a `[[load]]` is offered to real processes only",
         ),
-        (!faults.process.is_empty(), "`faults` are checked but not run yet"),
+        (!faults.process.is_empty(), "`faults.process` is checked but not run yet"),
+        (
+            faults.restart == Restart::OnFailure && run.mode != RunMode::Lockstep,
+            "`faults.restart` acts in lockstep; else a lost craft ends the run as partial",
+        ),
         (
             !is_simulated && !links.is_instant(),
             "link delays act in simulation only; real processes send without them",

@@ -12,10 +12,11 @@ use super::offer;
 use shared_types::limits::{
     BANDWIDTH_BITS_PER_S_MAX, BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, COST_MAX,
     COST_MIN, DELAY_MS_MAX, INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, REAL_CRAFTS_MAX,
-    RECORD_PADDING_BYTES_MAX, SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
+    RECORD_PADDING_BYTES_MAX, RESTART_WINDOW_S_MAX, SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S,
+    TURNS_MAX,
 };
 use shared_types::scenario::{
-    GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, Scenario,
+    GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, Restart, Scenario,
 };
 use shared_types::wire::StrategyKind;
 
@@ -171,6 +172,21 @@ fn check_link(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
 }
 
 fn check_faults(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
+    let faults = &scenario.faults;
+    if faults.restart == Restart::OnFailure && faults.restart_limit == 0 {
+        return Err(Finding::at(place!["faults", "restart-limit"], "a limit of no restart")
+            .help("give at least 1, or `restart = \"never\"`")
+            .label("nobody would be restarted"));
+    }
+    if !(1..=RESTART_WINDOW_S_MAX).contains(&faults.restart_window_s) {
+        let given = faults.restart_window_s;
+        return Err(Finding::at(
+            place!["faults", "restart-window-s"],
+            format!("a window of {given} s is impossible"),
+        )
+        .help(format!("use 1 to {RESTART_WINDOW_S_MAX} s"))
+        .label("out of bounds"));
+    }
     for (index, fault) in scenario.faults.process.iter().enumerate() {
         let place = place!["faults", "process", index];
         check_craft(&fault.craft, &place, crafts)?;

@@ -115,6 +115,8 @@ fn with_fleet<T>(
         placement: Placement::draw(&allowed, Pinning::Balanced, processes, &mut draws),
         turn_limit_ns: 5_000_000_000,
         run_ends,
+        restart: None,
+        dooms: std::collections::BTreeMap::new(),
     };
     let mut fleet = RealFleet::launch(options, &launcher, &mut signals).expect("a fleet");
     let processes = fleet.process_ids();

@@ -65,6 +65,7 @@ pub(crate) fn arguments(paths: &RunPaths, craft: u32) -> AgentArguments {
         wake: WakeMode::Adaptive,
         cores: Vec::new(),
         beside: Vec::new(),
+        doom: None,
     }
 }
 

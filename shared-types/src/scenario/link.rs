@@ -49,13 +49,45 @@ const fn speed_of_light() -> f64 {
     crate::limits::SPEED_OF_LIGHT_M_PER_S
 }
 
-/// `[faults]`: what happens to crafts. Checked, not run yet.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// `[faults]`: what happens to crafts, and what follows from it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Faults {
+    /// Whether a craft whose process ends is followed by a new life of it; default `never`.
+    pub restart: Restart,
+    /// Restarts of one craft within the window, before it is lost for good; default 5.
+    pub restart_limit: u32,
+    /// Length of that window, s; default 60.
+    pub restart_window_s: u32,
+    /// Pause before the second restart within the window, ms, doubled for each further one; the first
+    /// comes at once. Default 50.
+    pub restart_pause_ms: u32,
     /// Processes that are killed or stopped.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub process: Vec<ProcessFault>,
+}
+
+impl Default for Faults {
+    fn default() -> Self {
+        Self {
+            restart: Restart::Never,
+            restart_limit: 5,
+            restart_window_s: 60,
+            restart_pause_ms: 50,
+            process: Vec::new(),
+        }
+    }
+}
+
+/// Whether a craft whose process ends is restarted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Restart {
+    /// The run ends as partial.
+    #[default]
+    Never,
+    /// The trial under way is lost, the fleet goes on with a new life of the craft.
+    OnFailure,
 }
 
 /// `[[faults.process]]`: one craft fails.

@@ -35,14 +35,16 @@ pub(super) struct Intake {
 }
 
 impl Intake {
-    pub(super) fn new(run: u64, own: CraftId, craft_count: u32) -> Self {
+    /// That of the process `own`, which has an earlier life if it is a successor.
+    pub(super) fn new(run: u64, own: CraftId, craft_count: u32, is_successor: bool) -> Self {
+        let table = || if is_successor { Sequences::joining_late() } else { Sequences::default() };
         Self {
             run,
             own,
             craft_count,
-            inbox: Sequences::default(),
-            broadcast: Sequences::default(),
-            world: Sequences::default(),
+            inbox: table(),
+            broadcast: table(),
+            world: table(),
             losses: Losses::default(),
         }
     }

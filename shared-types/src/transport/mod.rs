@@ -203,6 +203,9 @@ pub trait Endpoint {
     /// If the transport fails.
     fn flush(&mut self) -> Result<usize, SendError>;
 
+    /// Whether anything waits in the outbox for `to`.
+    fn holds_back(&self, to: Destination) -> bool;
+
     /// Hands the samples that have arrived to `visit`, with where they were addressed to; returns how
     /// many there were. `World` samples are not among them: see [`Self::take_world`]. A sender that
     /// never pauses cannot keep the caller here: one call hands over a bounded number.

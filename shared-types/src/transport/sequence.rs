@@ -30,6 +30,9 @@ pub struct Sequences {
     sources: Vec<Source>,
     holes: Vec<Hole>,
     gaps: u64,
+    /// Whether numbers ran before this table was made: those below the first that is heard of a source
+    /// were never meant for whoever keeps it.
+    joins_late: bool,
 }
 
 #[derive(Debug)]
@@ -55,12 +58,19 @@ impl Hole {
 }
 
 impl Sequences {
+    /// The table of a receiver that comes back while its sources number on.
+    #[must_use]
+    pub fn joining_late() -> Self {
+        Self { joins_late: true, ..Self::default() }
+    }
+
     /// Takes note of sample `sequence` of `source` in its life `incarnation`. The largest number is
     /// nobody's, for it has no successor: it is taken for a repeat.
     #[inline]
     pub fn arrive(&mut self, source: u32, incarnation: u32, sequence: u64) -> Arrival {
         let Some(next) = sequence.checked_add(1) else { return Arrival::Repeat };
-        let index = self.source(source, incarnation);
+        let first = if self.joins_late { sequence } else { 0 };
+        let index = self.source_from(source, incarnation, first);
         let known = &mut self.sources[index];
         if incarnation < known.incarnation {
             return Arrival::OldIncarnation;
@@ -166,10 +176,15 @@ impl Sequences {
 
     /// Where `source` stands in the table.
     fn source(&mut self, source: u32, incarnation: u32) -> usize {
+        self.source_from(source, incarnation, 0)
+    }
+
+    /// The same; of one that is new, numbers from `first` on are expected.
+    fn source_from(&mut self, source: u32, incarnation: u32, first: u64) -> usize {
         match self.sources.binary_search_by_key(&source, |known| known.id) {
             Ok(index) => index,
             Err(index) => {
-                self.sources.insert(index, Source { id: source, incarnation, next: 0 });
+                self.sources.insert(index, Source { id: source, incarnation, next: first });
                 index
             }
         }
@@ -291,6 +306,17 @@ mod tests {
         assert_eq!(sequences.arrive(1, 0, 3), Arrival::Repeat, "it is known to be lost");
         assert!(sequences.meet(1, 2) && !sequences.meet(1, 1));
         assert_eq!(sequences.next(1), 0, "a new life counts from the start");
+    }
+
+    #[test]
+    fn who_joins_late_misses_nothing_of_what_was_before() {
+        let mut sequences = Sequences::joining_late();
+        assert_eq!(sequences.arrive(1, 0, 40), Arrival::New);
+        assert_eq!(sequences.arrive(1, 0, 42), Arrival::New);
+        assert_eq!(sequences.take_gaps(), 1, "the one after the first");
+        assert_eq!(sequences.arrive(1, 1, 0), Arrival::New);
+        assert_eq!(sequences.arrive(1, 1, 2), Arrival::New);
+        assert_eq!(sequences.take_gaps(), 1, "a new life of the source starts at zero");
     }
 
     proptest! {

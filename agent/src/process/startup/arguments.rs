@@ -4,6 +4,7 @@
 //! none has a default, so that two versions that disagree refuse each other. Not here: the verb
 //! `agent` itself, which the orchestrator's command line strips.
 
+use crate::process::doom::Doom;
 use shared_types::ids::{CraftId, Incarnation};
 use shared_types::transport::WakeMode;
 use std::ffi::{OsStr, OsString};
@@ -31,6 +32,8 @@ pub struct AgentArguments {
     /// The other processes that run on the same single processor, so that wake-ups are told apart;
     /// empty if it is not pinned to one.
     pub beside: Vec<CraftId>,
+    /// Where it kills itself; `None` for every craft that is not part of a campaign of faults.
+    pub doom: Option<Doom>,
 }
 
 /// Why a command line is not one of a craft.
@@ -56,7 +59,7 @@ pub enum ArgumentError {
 }
 
 /// The options, in the order in which they are written.
-pub(super) const OPTIONS: [&str; 9] = [
+pub(super) const OPTIONS: [&str; 10] = [
     "--run",
     "--base",
     "--craft",
@@ -66,6 +69,7 @@ pub(super) const OPTIONS: [&str; 9] = [
     "--wake",
     "--cores",
     "--beside",
+    "--doom",
 ];
 
 impl AgentArguments {
@@ -84,6 +88,7 @@ impl AgentArguments {
             wake_name(self.wake).into(),
             cores.join(",").into(),
             beside.join(",").into(),
+            self.doom.map_or_else(String::new, |doom| doom.to_string()).into(),
         ];
         OPTIONS
             .into_iter()
@@ -124,6 +129,7 @@ impl AgentArguments {
             wake: read(6, &take(6)?, wake_of)?,
             cores: read(7, &take(7)?, numbers)?,
             beside: read(8, &take(8)?, numbers)?.into_iter().map(CraftId).collect(),
+            doom: read(9, &take(9)?, doom)?,
         })
     }
 }
@@ -146,6 +152,11 @@ fn number(text: &str) -> Option<u32> {
 
 fn numbers(text: &str) -> Option<Vec<u32>> {
     text.split(',').filter(|one| !one.is_empty()).map(number).collect()
+}
+
+/// Nothing is no doom.
+fn doom(text: &str) -> Option<Option<Doom>> {
+    if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) }
 }
 
 const fn wake_name(wake: WakeMode) -> &'static str {

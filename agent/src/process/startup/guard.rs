@@ -170,7 +170,7 @@ fn sleep_until(deadline: Nanos) {
 }
 
 /// Ends the process without running anything: exit handlers may be what hangs.
-fn kill_this_process() {
+pub(in crate::process) fn kill_this_process() {
     // Sending SIGKILL to oneself is always permitted, and does not return.
     kill_process(getpid(), Signal::KILL).expect("invariant: a process may kill itself");
 }

@@ -2,6 +2,7 @@
 //! real processes beside the launcher.
 
 use super::{AgentArguments, ArgumentError};
+use crate::process::doom::{Doom, Point};
 use shared_types::ids::{CraftId, Incarnation};
 use shared_types::transport::WakeMode;
 use std::ffi::OsString;
@@ -18,6 +19,7 @@ fn sample(wake: WakeMode, cores: &[u32]) -> AgentArguments {
         wake,
         cores: cores.to_vec(),
         beside: cores.iter().copied().map(CraftId).collect(),
+        doom: cores.first().map(|&after| Doom { point: Point::Send, after }),
     }
 }
 

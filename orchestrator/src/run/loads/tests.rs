@@ -106,6 +106,7 @@ fn offer_loads(change: fn(&mut PlayedOpen)) -> (Outcome, RunData, Vec<EpochSpec>
         wake: WakeMode::Adaptive,
         turn_limit_ns: 1_000 * MS,
         time_limit_s: None,
+        restart: None,
     };
     let folder = tempfile::tempdir().expect("a folder");
     let provenance = Provenance::gather(&RunIdentity {
@@ -125,7 +126,7 @@ fn offer_loads(change: fn(&mut PlayedOpen)) -> (Outcome, RunData, Vec<EpochSpec>
     let mut backend = Simulated { simulation, change, played: Vec::new() };
     let ended = runner.offer_loads(&mut backend, 2, &fleet, &open).expect("kept");
     let outcome = match ended {
-        Ended::Complete => runner.outcome,
+        Ended::Complete | Ended::Epoch => runner.outcome,
         Ended::Early(outcome) => runner.outcome.worse(outcome),
     };
     let run = read_run(store.directory()).expect("readable");

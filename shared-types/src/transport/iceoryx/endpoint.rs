@@ -103,7 +103,7 @@ impl IceoryxEndpoint {
             own,
             incarnation,
             options,
-            intake: Intake::new(paths.run(), own, options.craft_count),
+            intake: Intake::new(paths.run(), own, options.craft_count, incarnation.0 > 0),
             outbox: Outbox::default(),
             losses: Losses::default(),
             peers: PeerTable::new(options.craft_count),
@@ -306,6 +306,10 @@ impl Endpoint for IceoryxEndpoint {
             }
             Ok(is_taken)
         })
+    }
+
+    fn holds_back(&self, to: Destination) -> bool {
+        self.outbox.holds_back(to)
     }
 
     fn drain(

@@ -63,7 +63,10 @@ impl MemoryEndpoint {
         let (generation, intake) = {
             let mut network = network.borrow_mut();
             assert!(network.node(own) == Some(node), "invariant: the network has this craft");
-            (network.attach(node), Intake::new(network.options().run, own, network.craft_count()))
+            (
+                network.attach(node),
+                Intake::new(network.options().run, own, network.craft_count(), false),
+            )
         };
         let mut endpoint = Self {
             network,
@@ -262,6 +265,10 @@ impl Endpoint for MemoryEndpoint {
         })?;
         network.kept -= before - waiting;
         Ok(waiting)
+    }
+
+    fn holds_back(&self, to: Destination) -> bool {
+        self.outbox.holds_back(to)
     }
 
     fn drain(

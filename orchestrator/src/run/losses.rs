@@ -1,0 +1,100 @@
+//! What the loop keeps of crafts that died: who, how, and how their successors came.
+
+use super::backend::{Backend, PlayError};
+use super::plan::FleetPlan;
+use super::recovery::Recovery;
+use super::verdict;
+use super::{Ended, Runner};
+use crate::outcome::Outcome;
+use crate::results::event::Event;
+use crate::results::record::{Cell, TrialEnd};
+use crate::results::store::StoreError;
+use crate::supervision::watch::CraftEnded;
+use shared_types::time::Nanos;
+use shared_types::wire::EpochSpec;
+
+impl Runner<'_> {
+    /// Keeps who was lost, and goes on with successors where the plan wants them: the epoch is lost then,
+    /// and the run partial. Else the fleet's part of the run is over.
+    pub(super) fn go_on_without(
+        &mut self,
+        lost: Vec<CraftEnded>,
+        backend: &mut impl Backend,
+        plan: &FleetPlan,
+        (cell, spec, phase): (Cell, &EpochSpec, &str),
+    ) -> Result<Ended, StoreError> {
+        if self.plan.restart.is_none() {
+            return self.end_early(plan, phase, PlayError::Lost(lost));
+        }
+        self.keep_losses(&lost, plan, phase)?;
+        match backend.recover(lost) {
+            Ok(()) => {}
+            Err(PlayError::Lost(_)) => {
+                self.note(format!("{phase}: the restarts of a craft are used up"))?;
+                return Ok(Ended::Early(Outcome::Partial));
+            }
+            Err(error) => return self.end_early(plan, &format!("restarting in {phase}"), error),
+        }
+        self.outcome = self.outcome.worse(Outcome::Partial);
+        let (epoch, trial, end) = (spec.epoch, spec.trial, TrialEnd::Partial);
+        self.store.event(Event::EpochDone { cell, epoch, trial, end })?;
+        Ok(Ended::Epoch)
+    }
+
+    /// Keeps who was lost, and how.
+    pub(super) fn keep_losses(
+        &mut self,
+        lost: &[CraftEnded],
+        plan: &FleetPlan,
+        phase: &str,
+    ) -> Result<(), StoreError> {
+        for craft in lost {
+            let name = plan.scenario.names().craft(craft.craft).to_owned();
+            let said = craft.said.trim();
+            let (colon, said) = if said.is_empty() { ("", "") } else { (": ", said) };
+            self.progress.say(&format!("{name} was lost ({}) in {phase}{colon}{said}", craft.how));
+            self.store.event(Event::CraftLost {
+                size: plan.scenario.craft_count(),
+                name,
+                end: verdict::process_end(craft.how),
+                phase: phase.to_owned(),
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Keeps how lost crafts came back, as far as that is known by now; with `all`, of a fleet that is
+    /// about to end, those that did not as well.
+    pub(super) fn keep_recoveries(
+        &mut self,
+        backend: &mut impl Backend,
+        plan: &FleetPlan,
+        all: bool,
+    ) -> Result<(), StoreError> {
+        for recovery in backend.take_recoveries(all) {
+            let name = plan.scenario.names().craft(recovery.ended.craft).to_owned();
+            if let Some(Err(error)) = recovery.reclaimed.as_ref().map(|done| &done.result) {
+                self.note(format!("what {name} held could not be freed: {error}"))?;
+            }
+            match restarted(&recovery, plan.scenario.craft_count(), &name) {
+                Some(event) => self.store.event(event)?,
+                None => self.note(format!("{name} was lost again before it was back"))?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The event of a recovery that came to its end.
+fn restarted(recovery: &Recovery, size: u32, name: &str) -> Option<Event> {
+    let since = |then: Nanos| then.since(recovery.noticed);
+    Some(Event::CraftRestarted {
+        size,
+        name: name.to_owned(),
+        incarnation: recovery.successor.0,
+        reclaimed_ns: since(recovery.reclaimed.as_ref()?.done),
+        known_ns: since(recovery.known?),
+        ready_ns: since(recovery.ready?),
+        rejoined_ns: since(recovery.rejoined?),
+    })
+}

@@ -1,0 +1,328 @@
+//! Successors for crafts that died, in a fleet that goes on.
+//!
+//! A craft's end is known from its pidfd and reaped before anything else. Then, in this order: the janitor
+//! frees what it held, on a thread of its own; everybody is told that it is gone, gives the epoch up and
+//! says so, so that nothing of it is under way any more; a new life of the craft is started and says that
+//! it is ready. From there the next epoch begins as every other. Deaths on the way (of others, of the
+//! successor) begin the same again. Every step leaves its time in the [`Recovery`]. Not here: how often a
+//! craft is restarted (`supervision::restart`), and what becomes of the trial that lost it (the run's
+//! loop).
+
+use super::backend::PlayError;
+use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
+use crate::launch::craft_process::CraftProcess;
+use crate::launch::janitor::{Janitor, Reclaimed};
+use crate::supervision::watch::CraftEnded;
+use agent::process::startup::AgentArguments;
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::Errno;
+use shared_types::ids::{CraftId, Incarnation};
+use shared_types::time::Nanos;
+use shared_types::transport::reclaim::Steps;
+use shared_types::transport::{Destination, Endpoint as _, clock};
+use shared_types::wire::{Class, Header, Kind, MembershipChange};
+use std::collections::BTreeSet;
+use std::os::fd::AsFd as _;
+use zerocopy::IntoBytes as _;
+
+/// How long those who live may take to give an epoch up, ns.
+const QUIET_LIMIT_NS: u64 = 5_000_000_000;
+
+/// The question that nobody asks in an interval: whether everything before it was heard.
+const QUESTION: u32 = u32::MAX;
+
+/// The life of one craft's process.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Life {
+    pub(super) incarnation: Incarnation,
+    /// Whether it has said so.
+    pub(super) is_ready: bool,
+}
+
+/// How one death was followed by a new life.
+#[derive(Debug)]
+pub struct Recovery {
+    /// Who died, how, and what it said.
+    pub ended: CraftEnded,
+    /// The life that follows.
+    pub successor: Incarnation,
+    /// When the supervisor noticed.
+    pub noticed: Nanos,
+    /// What the janitor achieved; `None` if the fleet ended before.
+    pub reclaimed: Option<Reclaimed>,
+    /// When everybody who lives knew, and had given the epoch up.
+    pub known: Option<Nanos>,
+    /// When the successor said that it is up.
+    pub ready: Option<Nanos>,
+    /// When the successor was connected in the next epoch.
+    pub rejoined: Option<Nanos>,
+    /// Whether the successor died before it was back: another death, with a recovery of its own.
+    pub is_cut_short: bool,
+    /// When the successor may be started.
+    not_before: Nanos,
+}
+
+impl Recovery {
+    /// Whether nothing more will happen to it.
+    #[must_use]
+    pub const fn is_over(&self) -> bool {
+        self.is_cut_short || self.rejoined.is_some()
+    }
+
+    const fn awaits_successor(&self) -> bool {
+        !self.is_cut_short && self.ready.is_none()
+    }
+}
+
+impl RealFleet<'_> {
+    /// Puts successors into the places of `lost`; the epoch under way is given up.
+    ///
+    /// # Errors
+    /// [`PlayError::Lost`] if the fleet restarts nobody, or a craft has used up its budget; else why it
+    /// cannot go on.
+    pub(super) fn replace(&mut self, lost: Vec<CraftEnded>) -> Result<(), PlayError> {
+        self.mourn(lost)?;
+        loop {
+            match self.bring_back() {
+                Err(PlayError::Lost(more)) => self.mourn(more)?,
+                ended => return ended,
+            }
+        }
+    }
+
+    /// Recoveries that are over, taken off the list; all of them if the fleet is about to end.
+    pub(super) fn recoveries_over(&mut self, all: bool) -> Vec<Recovery> {
+        let (over, open) = std::mem::take(&mut self.recoveries)
+            .into_iter()
+            .partition(|recovery| all || recovery.is_over());
+        self.recoveries = open;
+        over
+    }
+
+    /// Every process is connected in an epoch.
+    pub(super) fn note_rejoined(&mut self, now: Nanos) {
+        for recovery in &mut self.recoveries {
+            if recovery.ready.is_some() {
+                recovery.rejoined.get_or_insert(now);
+            }
+        }
+    }
+
+    /// Takes note of deaths.
+    fn mourn(&mut self, lost: Vec<CraftEnded>) -> Result<(), PlayError> {
+        let now = clock::now();
+        let Some(restarts) = &mut self.restarts else { return Err(PlayError::Lost(lost)) };
+        let pauses: Option<Vec<u64>> =
+            lost.iter().map(|ended| restarts.take(ended.craft, now)).collect();
+        let Some(pauses) = pauses else { return Err(PlayError::Lost(lost)) };
+        for (ended, pause_ns) in lost.into_iter().zip(pauses) {
+            self.endpoint.discard(ended.craft);
+            let before = self
+                .recoveries
+                .iter_mut()
+                .find(|recovery| recovery.ended.craft == ended.craft && !recovery.is_over());
+            if let Some(before) = before {
+                before.is_cut_short = true;
+            }
+            self.lives_given += 1;
+            let incarnation = Incarnation(self.lives_given);
+            self.lives[ended.craft.index()] = Life { incarnation, is_ready: false };
+            self.recoveries.push(Recovery {
+                ended,
+                successor: incarnation,
+                noticed: now,
+                reclaimed: None,
+                known: None,
+                ready: None,
+                rejoined: None,
+                is_cut_short: false,
+                not_before: now.plus(pause_ns),
+            });
+        }
+        Ok(())
+    }
+
+    /// From the deaths that are known to successors that are ready.
+    fn bring_back(&mut self) -> Result<(), PlayError> {
+        if self.recoveries.iter().any(|recovery| recovery.reclaimed.is_none()) {
+            self.bury()?;
+        }
+        self.make_known()?;
+        self.start_successors()?;
+        self.await_ready()?;
+        // The networks of the trial are handed to whoever connects.
+        self.endpoint.update_connections()?;
+        Ok(())
+    }
+
+    /// Lets the janitor work, and goes on looking around meanwhile.
+    fn bury(&mut self) -> Result<(), PlayError> {
+        let failed = |error: std::io::Error| PlayError::Failed(format!("no janitor: {error}"));
+        let buried: Vec<usize> = (0..self.recoveries.len())
+            .filter(|&index| self.recoveries[index].reclaimed.is_none())
+            .collect();
+        let janitor = Janitor::start(self.root.paths(), Steps::ALL).map_err(failed)?;
+        let mut interruption = None;
+        while !janitor.is_done() {
+            let (processes, signals) = (self.watch.as_fd(), self.signals.as_fd());
+            let all = [janitor.as_fd(), processes, signals];
+            // What interrupts is dealt with once the janitor is done.
+            let count = if interruption.is_none() { all.len() } else { 1 };
+            let mut watched =
+                all.map(|descriptor| PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
+            match poll(&mut watched[..count], None) {
+                Ok(_) | Err(Errno::INTR) => {}
+                Err(error) => return Err(failed(error.into())),
+            }
+            if interruption.is_none() {
+                interruption = self.look_around().err();
+            }
+        }
+        let Reclaimed { result, done } = janitor.finish().map_err(PlayError::Failed)?;
+        let detail = result.as_ref().err().map(ToString::to_string);
+        let mut result = Some(result);
+        for index in buried {
+            // One attempt reclaims for all; what it removed is told once.
+            let result = result.take().unwrap_or_else(|| Ok(Default::default()));
+            self.recoveries[index].reclaimed = Some(Reclaimed { result, done });
+        }
+        match (interruption, detail) {
+            (Some(interruption), _) => Err(interruption),
+            // Places are left for some of the dead; that they are missing is told.
+            (None, _) => Ok(()),
+        }
+    }
+
+    /// Tells everybody who lives who is gone, and waits until they have given the epoch up.
+    fn make_known(&mut self) -> Result<(), PlayError> {
+        let gone: Vec<(CraftId, Incarnation)> = self
+            .recoveries
+            .iter()
+            .filter(|recovery| recovery.awaits_successor())
+            .map(|recovery| (recovery.ended.craft, recovery.ended.incarnation))
+            .collect();
+        for &(craft, incarnation) in &gone {
+            self.tell_membership(craft, incarnation, false)?;
+        }
+        self.tell_living(Header::new(Class::Control, Kind::EpochEnd), &[])?;
+        let mut question = Header::new(Class::Control, Kind::Tally);
+        question.argument = QUESTION;
+        self.tell_living(question, &[])?;
+        let mut waited_for: BTreeSet<CraftId> = self.hearing().collect();
+        self.be_patient(QUIET_LIMIT_NS, clock::now());
+        while !waited_for.is_empty() {
+            self.pump(&mut |source, kind, header, _| {
+                if kind == Kind::TallyReport && header.argument == QUESTION {
+                    waited_for.remove(&source);
+                }
+            })?;
+            if self.is_overdue() {
+                let silent: Vec<String> = waited_for.iter().map(CraftId::to_string).collect();
+                let silent = silent.join(", ");
+                return Err(PlayError::Failed(format!("no answer from processes {silent}")));
+            }
+        }
+        let now = clock::now();
+        for recovery in self.recoveries.iter_mut().filter(|recovery| recovery.awaits_successor()) {
+            recovery.known.get_or_insert(now);
+        }
+        Ok(())
+    }
+
+    /// Starts a process for every craft that has none, each not before its pause is over.
+    fn start_successors(&mut self) -> Result<(), PlayError> {
+        let mut waiting: Vec<(Nanos, CraftId)> = self
+            .recoveries
+            .iter()
+            .filter(|recovery| recovery.awaits_successor())
+            .map(|recovery| (recovery.not_before, recovery.ended.craft))
+            .filter(|&(_, craft)| self.watch.process(craft).is_none())
+            .collect();
+        waiting.sort_unstable();
+        for (not_before, craft) in waiting {
+            if not_before > clock::now() {
+                self.sleep(not_before)?;
+            }
+            let failed = |error: &dyn std::error::Error| {
+                PlayError::Failed(format!("no successor of craft {craft}: {error}"))
+            };
+            let arguments = self.arguments(craft);
+            let started = self.launcher.spawn_all([arguments]).map_err(|error| failed(&error))?;
+            for process in started {
+                self.watch.add(process).map_err(|error| failed(&error))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until every process has said that its present life is ready.
+    pub(super) fn await_ready(&mut self) -> Result<(), PlayError> {
+        self.be_patient(ANSWER_LIMIT_NS, clock::now());
+        while self.lives.iter().any(|life| !life.is_ready) {
+            self.pump(&mut |_, _, _, _| {})?;
+            if self.is_overdue() {
+                let silent: Vec<String> = (0..self.lives.len())
+                    .filter(|&craft| !self.lives[craft].is_ready)
+                    .map(|craft| craft.to_string())
+                    .collect();
+                let silent = silent.join(", ");
+                return Err(PlayError::Failed(format!(
+                    "no {:?} from processes {silent}",
+                    Kind::Ready
+                )));
+            }
+        }
+        let now = clock::now();
+        let mut risen = Vec::new();
+        for recovery in self.recoveries.iter_mut().filter(|recovery| recovery.awaits_successor()) {
+            recovery.ready = Some(now);
+            risen.push(recovery.ended.craft);
+        }
+        for craft in risen {
+            self.tell_membership(craft, self.lives[craft.index()].incarnation, true)?;
+        }
+        Ok(())
+    }
+
+    /// The command line of the present life of `craft`.
+    pub(super) fn arguments(&mut self, craft: CraftId) -> AgentArguments {
+        AgentArguments {
+            run: self.root.run(),
+            base: self.root.paths().base().to_owned(),
+            craft,
+            craft_count: self.options.crafts,
+            incarnation: self.lives[craft.index()].incarnation,
+            parent_pid: std::process::id(),
+            wake: self.options.wake,
+            cores: self.options.placement.of(craft).to_vec(),
+            beside: self.options.placement.beside(craft),
+            doom: self.options.dooms.remove(&craft),
+        }
+    }
+
+    fn tell_membership(
+        &mut self,
+        craft: CraftId,
+        incarnation: Incarnation,
+        is_up: bool,
+    ) -> Result<(), PlayError> {
+        let (craft, incarnation, is_up) = (craft.0, incarnation.0, u32::from(is_up));
+        let change = MembershipChange { craft, incarnation, is_up, reserved: 0 };
+        self.tell_living(Header::new(Class::Control, Kind::Membership), change.as_bytes())
+    }
+
+    /// Tells everybody who lives something, the centre as well if it does.
+    fn tell_living(&mut self, header: Header, payload: &[u8]) -> Result<(), PlayError> {
+        let centre = CraftId(self.options.crafts);
+        if self.hearing().any(|craft| craft == centre) {
+            self.send_with(Destination::Craft(centre), header, payload)?;
+        }
+        self.send_with(Destination::Turn, header, payload)
+    }
+
+    /// Processes that live and have said so.
+    fn hearing(&self) -> impl Iterator<Item = CraftId> + use<'_> {
+        let living = self.watch.living().map(CraftProcess::craft);
+        living.filter(|craft| self.lives[craft.index()].is_ready)
+    }
+}
