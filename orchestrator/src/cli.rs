@@ -2,8 +2,10 @@
 //! `commands`. The verb `agent` is not here: a craft's process is started by the orchestrator and
 //! reads its own arguments.
 
+mod campaign;
 mod explain;
 
+pub use campaign::CampaignArguments;
 pub use explain::ExplainArguments;
 
 use crate::report::networks::PUBLISHED_NETWORKS;
@@ -67,6 +69,8 @@ pub enum Command {
     Explain(ExplainArguments),
     /// Prints a trace of writes and reads for open mode as CSV.
     Record(RecordArguments),
+    /// Kills and stops processes of fleets on purpose, again and again, and checks what is promised.
+    Campaign(CampaignArguments),
     /// Lists the presets.
     List,
     /// Prints a preset or the resolved form of a mission file.

@@ -4,6 +4,7 @@
 //! networks, [`workload`] into traces of open mode, [`launch`] and [`supervision`] own processes, [`run`] is the one loop that owns a run,
 //! [`results`] is what it leaves, and [`report`] reads nothing else.
 
+pub mod campaign;
 pub mod cli;
 pub mod commands;
 pub mod expectation;

@@ -3,6 +3,7 @@
 //! Results go to standard output, everything else to standard error. A verb returns how the
 //! invocation ends; `main` turns that into the exit code.
 
+pub mod campaign;
 pub mod clean;
 pub mod compare;
 pub mod diff;
@@ -87,6 +88,7 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
         Command::Record(arguments) => record::record(arguments),
         Command::Solve(arguments) => solve::solve(arguments, setting),
         Command::Explain(arguments) => explain::explain(arguments, setting),
+        Command::Campaign(arguments) => campaign::campaign(arguments, setting),
         Command::List => scenario::list(setting),
         Command::Show(arguments) => scenario::show(arguments),
         Command::Validate(arguments) => scenario::validate(arguments, setting),

@@ -4,6 +4,7 @@ use super::compare::published_means;
 use super::{Refusal, Setting, print_report, program, sweep};
 use crate::cli::{Format, ReportArguments};
 use crate::outcome::Outcome;
+use crate::report::campaign::CampaignReport;
 use crate::report::compare::Compare;
 use crate::report::page::{PICTURES_FOLDER, Page};
 use crate::report::run::Mission;
@@ -37,6 +38,10 @@ pub fn report(arguments: &ReportArguments, setting: Setting) -> Result<Outcome, 
     let directory = arguments.directory.clone();
     let provenance = summary.timing.provenance.as_ref();
     let verb = provenance.and_then(|provenance| provenance.command.first().cloned());
+    if summary.timing.campaign.is_some() {
+        let report = CampaignReport { summary, directory, program: program() };
+        return print_report(&report, setting, arguments.all);
+    }
     if verb.is_some_and(|verb| verb == "compare" || verb == "reproduce") {
         let published = if is_published(&directory) { published_means() } else { Vec::new() };
         let report = Compare { summary, published, directory, program: program() };

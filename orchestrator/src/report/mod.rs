@@ -4,6 +4,7 @@
 //! results directory. Each report is one file; each has the three forms of [`Report`], and each
 //! number of its tables is a figure that the other two forms carry as well.
 
+pub mod campaign;
 pub mod compare;
 mod details;
 pub mod diff;

@@ -10,9 +10,10 @@ pub struct Preset {
 }
 
 /// All presets, in the order of `list`.
-pub const PRESETS: [Preset; 9] = [
+pub const PRESETS: [Preset; 10] = [
     Preset { name: "compare", text: include_str!("../../presets/compare.toml") },
     Preset { name: "paper", text: include_str!("../../presets/paper.toml") },
+    Preset { name: "campaign", text: include_str!("../../presets/campaign.toml") },
     Preset { name: "map", text: include_str!("../../presets/map.toml") },
     Preset { name: "map-small", text: include_str!("../../presets/map-small.toml") },
     Preset { name: "two-craft", text: include_str!("../../presets/two-craft.toml") },

@@ -8,6 +8,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test says so by failing")]
 
+mod campaigns;
 mod capacity;
 mod diff;
 mod endings;
@@ -17,6 +18,7 @@ mod kills;
 mod opens;
 mod pictures;
 mod power_cut;
+mod restarts;
 mod resume;
 #[path = "../support/mod.rs"]
 mod shared;

@@ -1,0 +1,96 @@
+//! How lives are to end in a round, and the records that are made of it.
+
+use crate::results::faults::{Failure, FaultKind, FaultRecord, RANDOM};
+use crate::run::backend::PlayError;
+use agent::process::doom::{Doom, Point};
+use shared_types::ids::CraftId;
+use shared_types::transport::{RunPaths, WakeMode};
+use shared_types::wire::StrategyKind;
+use std::collections::BTreeMap;
+
+/// A life that is to end, and how.
+pub(super) type Lives = BTreeMap<(CraftId, u32), Fate>;
+
+/// How a life is to end.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Fate {
+    /// By SIGKILL from outside, at an instant.
+    Struck,
+    /// By itself.
+    Doomed(Doom),
+}
+
+/// What is the same for all faults of a round.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Setting {
+    pub(super) size: u32,
+    pub(super) strategy: StrategyKind,
+    pub(super) wake: WakeMode,
+}
+
+impl Setting {
+    pub(super) fn record(
+        &self,
+        kind: FaultKind,
+        point: &str,
+        craft: Option<CraftId>,
+    ) -> FaultRecord {
+        FaultRecord {
+            number: 0,
+            size: self.size,
+            strategy: self.strategy,
+            wake: self.wake,
+            kind,
+            point: point.to_owned(),
+            craft: craft.map(|craft| craft.0),
+            took_effect: true,
+            failures: Vec::new(),
+            times_ns: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn of_fate(&self, fate: Fate, craft: CraftId) -> FaultRecord {
+        let point = match fate {
+            Fate::Struck => RANDOM,
+            Fate::Doomed(doom) => doom.point.name(),
+        };
+        self.record(FaultKind::KillCraft, point, Some(craft))
+    }
+}
+
+impl Fate {
+    /// Whether it comes with the end of the fleet only.
+    pub(super) const fn is_at_the_end(&self) -> bool {
+        matches!(self, Self::Doomed(doom) if matches!(doom.point, Point::Shutdown))
+    }
+}
+
+/// What a fleet that could not go on has broken.
+pub(super) fn failure_of(error: &PlayError) -> (Failure, String) {
+    match error {
+        PlayError::Unbalanced { standing, .. } => (Failure::Hang, standing.clone()),
+        PlayError::Lost(lost) => (Failure::Restart, format!("no successor came: {lost:?}")),
+        error => (Failure::Hang, format!("{error:?}")),
+    }
+}
+
+/// What is left of a fleet that has ended: files, segments, processes.
+pub(super) fn left_behind(paths: &RunPaths, processes: &[u32]) -> Vec<(Failure, String)> {
+    let mut left = Vec::new();
+    match paths.segments() {
+        Ok(segments) if segments.is_empty() => {}
+        Ok(segments) => left.push((Failure::Left, format!("{segments:?}"))),
+        Err(error) => left.push((Failure::Left, error.to_string())),
+    }
+    if paths.root().exists() {
+        left.push((Failure::Left, format!("{}", paths.root().display())));
+    }
+    let is_there = |pid: &&u32| {
+        let line = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+        line.windows(5).any(|word| word == b"agent")
+    };
+    left.extend(
+        processes.iter().filter(is_there).map(|pid| (Failure::Left, format!("process {pid}"))),
+    );
+    left
+}

@@ -1,0 +1,69 @@
+//! The trial that a fleet plays over and over while its crafts die, and how it must go.
+
+use crate::results::faults::Failure;
+use crate::run::RealFleet;
+use crate::run::backend::{Backend as _, PlayError};
+use crate::run::verdict::{self, Demands};
+use crate::scenario::{ResolvedScenario, compile};
+use agent::oracle::{Expected, Replay};
+use shared_types::knowledge::FleetNetwork;
+use shared_types::wire::{EpochSpec, StrategyKind};
+
+/// Failures of one trial that are told.
+const TOLD_MAX: usize = 3;
+
+/// A trial, its networks and its replay.
+pub(super) struct Stage<'a> {
+    scenario: &'a ResolvedScenario,
+    network: FleetNetwork,
+    replay: Replay,
+    expected: Expected,
+    /// The epoch that is played next.
+    spec: EpochSpec,
+}
+
+impl<'a> Stage<'a> {
+    /// Trial `trial` of `scenario` under `strategy`.
+    pub(super) fn new(scenario: &'a ResolvedScenario, strategy: StrategyKind, trial: u32) -> Self {
+        let seed = scenario.scenario().run.seed;
+        let spec = EpochSpec { seed, ..scenario.epoch_spec(strategy, trial) };
+        let mut network = FleetNetwork::default();
+        compile(scenario, seed, trial, &mut network);
+        let replay = Replay::of(&network.view(), &spec);
+        network.script = replay.script();
+        let expected = replay.expected(&network.view(), &spec, strategy);
+        Self { scenario, network, replay, expected, spec }
+    }
+
+    /// Plays the trial once more; says what was not as it must be.
+    ///
+    /// # Errors
+    /// If the trial does not come to its end.
+    pub(super) fn play(
+        &mut self,
+        fleet: &mut RealFleet<'_>,
+    ) -> Result<Vec<(Failure, String)>, PlayError> {
+        let spec = self.spec.clone();
+        self.spec.epoch += 1;
+        let played = fleet.play(&spec, &self.network)?;
+        let losses = verdict::losses(&played.reports);
+        if losses.is_partial() {
+            // Nothing hides it, but nothing was to be lost either.
+            return Ok(vec![(Failure::Restart, format!("something was lost: {losses:?}"))]);
+        }
+        let view = self.network.view();
+        let demands = Demands {
+            replay: &self.replay,
+            expected: &self.expected,
+            fleet: &view,
+            names: self.scenario.names(),
+        };
+        let broken = verdict::judge(&demands, &spec, &played);
+        let told = broken.iter().take(TOLD_MAX).map(|discrepancy| {
+            let is_board = discrepancy.metric.is_digest();
+            let failure = if is_board { Failure::WrongBoards } else { Failure::UndetectedLoss };
+            (failure, discrepancy.to_string())
+        });
+        Ok(told.collect())
+    }
+}

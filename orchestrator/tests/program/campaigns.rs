@@ -1,0 +1,44 @@
+//! Campaigns of faults: short ones that must be clean, what they leave, and how they end early.
+
+use crate::invocation::Place;
+use orchestrator::results::faults::{CampaignFigures, FaultKind, RANDOM};
+use rustix::process::Signal;
+use serde_json::Value;
+
+#[test]
+fn short_campaign_is_clean_and_reads_back_from_its_directory() {
+    let place = Place::for_fleets();
+    let words = "campaign --kills 14 --sizes 4 --seed 3 --format json";
+    let finished = place.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
+    place.assert_nothing_left(&[]);
+    let results = place.results().unwrap();
+    let figures = CampaignFigures::of(&results.faults);
+    assert!(figures.is_clean(), "{:?}", figures.failures);
+    assert!(figures.all.kills >= 14 && figures.all.pauses > 0, "{figures:?}");
+    assert!(2 * figures.all.named >= figures.all.kills, "half at named points: {figures:?}");
+    assert!(results.faults.iter().any(|fault| fault.kind == FaultKind::KillOrchestrator));
+    assert!(results.faults.iter().any(|fault| fault.point == RANDOM && fault.took_effect));
+    let document: Value = serde_json::from_str(&finished.stdout).unwrap();
+    assert_eq!(document["timing"]["campaign"]["all"]["kills"], figures.all.kills);
+    for form in ["table", "json", "csv"] {
+        let again = place.run(&["report", "runs/latest", "--format", form]).expect_code(0);
+        assert!(again.stdout.contains("hang"), "{again}");
+    }
+    let histogram = place.files().join("runs/latest/recovery-caught-up.hgrm");
+    assert!(std::fs::read_to_string(histogram).unwrap().contains("Total count"));
+}
+
+#[test]
+fn interrupted_campaign_keeps_what_was_done_and_leaves_nothing() {
+    let place = Place::for_fleets();
+    let invocation = place.start(&["campaign", "--kills", "100000", "--sizes", "3"]);
+    crate::shared::until("a few faults", || {
+        let faults = place.results()?.faults;
+        (faults.len() > 12).then_some(())
+    });
+    invocation.signal(Signal::INT);
+    let finished = invocation.finish().expect_code(130);
+    place.assert_nothing_left(&[]);
+    assert!(finished.stdout.contains("kills"), "{finished}");
+    assert!(finished.stderr.contains("100000 kills take"), "{finished}");
+}
