@@ -23,17 +23,23 @@ trap 'rm -rf "$TMPDIR"' EXIT
 
 for crate in shared-types orchestrator; do
     fuzz=$crate/fuzz
+    names=()
+    for target in "$fuzz"/fuzz_targets/*.rs; do
+        name=$(basename "$target" .rs)
+        [[ $name == seeds ]] || { [[ $# -gt 0 && " $* " != *" $name "* ]] || names+=("$name"); }
+    done
+    [[ ${#names[@]} -gt 0 ]] || continue
+    # The versions that the product is built with.
+    [[ -e $fuzz/Cargo.lock ]] || cp Cargo.lock "$fuzz/Cargo.lock"
     cargo build --quiet --release --manifest-path "$fuzz/Cargo.toml" --target "$triple"
     programs=$fuzz/target/$triple/release
-    "$programs/seeds" "$TMPDIR/$crate"
-    for seeds in "$TMPDIR/$crate"/*/; do
-        name=$(basename "$seeds")
-        [[ $# -eq 0 || " $* " == *" $name "* ]] || continue
+    SEEDS=$TMPDIR/$crate "$programs/seeds" -runs=0 >"$TMPDIR/said" 2>&1
+    for name in "${names[@]}"; do
         mkdir -p "$fuzz/corpus/$name" "$fuzz/artifacts/$name"
         printf '== %s: %s s\n' "$name" "$seconds"
         if ! "$programs/$name" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=2048 \
             -print_final_stats=1 -artifact_prefix="$fuzz/artifacts/$name/" \
-            "$fuzz/corpus/$name" "$seeds" >"$TMPDIR/said" 2>&1; then
+            "$fuzz/corpus/$name" "$TMPDIR/$crate/$name" >"$TMPDIR/said" 2>&1; then
             cat "$TMPDIR/said"
             exit 1
         fi

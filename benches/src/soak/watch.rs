@@ -114,10 +114,14 @@ fn parent_of(process: &Path) -> Option<u32> {
 }
 
 fn craft_at(process: &Path) -> Option<AgentArguments> {
-    let line = std::fs::read(process.join("cmdline")).ok()?;
-    let line = line.strip_suffix(b"\0")?;
-    let words = line.split(|&byte| byte == 0).map(|word| OsString::from_vec(word.to_vec()));
-    let words: Vec<OsString> = words.skip(1).collect();
+    craft_of(&std::fs::read(process.join("cmdline")).ok()?)
+}
+
+/// The craft that a command line starts: executable, verb, options.
+fn craft_of(line: &[u8]) -> Option<AgentArguments> {
+    let words = line.strip_suffix(b"\0")?.split(|&byte| byte == 0);
+    let mut words = words.map(|word| OsString::from_vec(word.to_vec()));
+    words.nth(1).filter(|verb| verb == "agent")?;
     AgentArguments::from_command_line(words).ok()
 }
 
@@ -147,8 +151,38 @@ fn size_of_tree(directory: &Path) -> (u64, u64) {
 
 #[cfg(test)]
 mod tests {
-    use super::{cost_of, parent_of, size_of_tree};
+    use super::{cost_of, craft_of, parent_of, size_of_tree};
+    use agent::process::startup::AgentArguments;
+    use shared_types::ids::{CraftId, Incarnation};
+    use shared_types::transport::WakeMode;
+    use std::os::unix::ffi::OsStrExt as _;
     use std::path::Path;
+
+    #[test]
+    fn a_craft_is_known_by_its_command_line() {
+        let arguments = AgentArguments {
+            run: 7,
+            base: "/dev/shm/a place".into(),
+            craft: CraftId(3),
+            craft_count: 10,
+            incarnation: Incarnation(2),
+            parent_pid: 1,
+            wake: WakeMode::Adaptive,
+            cores: vec![0, 1],
+            beside: Vec::new(),
+            doom: None,
+        };
+        let line = |verb: &str| {
+            let mut line = format!("slateswarm\0{verb}\0").into_bytes();
+            for word in arguments.to_command_line() {
+                line.extend([word.as_bytes(), b"\0"].concat());
+            }
+            line
+        };
+        assert_eq!(craft_of(&line("agent")).as_ref(), Some(&arguments));
+        assert_eq!(craft_of(&line("run")), None);
+        assert_eq!(craft_of(b""), None, "what has ended");
+    }
 
     #[test]
     fn a_process_has_a_parent_memory_and_descriptors() {
