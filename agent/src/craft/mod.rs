@@ -10,6 +10,7 @@ pub mod dispatch;
 mod open;
 mod open_centre;
 mod open_client;
+mod open_state;
 mod outbox;
 mod playing;
 mod recovering;

@@ -7,7 +7,6 @@
 //! need a conversation of their own (`open_client`, `open_centre`).
 
 use super::outbox::{Counting, Outbox};
-use super::recovering::{is_news, within};
 use super::recovery::Authors;
 use super::schedule::{Schedule, Seen};
 use crate::blackboard::Blackboard;
@@ -15,13 +14,12 @@ use crate::blackboard::replica::ReplicaStore;
 use crate::metrics::{Measured, Way};
 use crate::replication::{Context, Plans, Recipient, Strategy, strategy};
 use shared_types::ids::CraftId;
-use shared_types::knowledge::{Assignment, Change, FactState, FleetView, Literal, Topology};
+use shared_types::knowledge::{Assignment, Change, FactState, FleetView, Literal};
 use shared_types::limits::INBOX_PAYLOAD_BYTES;
 use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::{Destination, Peers};
 use shared_types::wire::{Class, EpochSpec, Header, Kind, OpenSpec, Refusal, Stage, StrategyKind};
-use std::ops::Range;
 
 /// Changes of one due time on their way to one hop.
 #[derive(Debug, Default)]
@@ -40,17 +38,17 @@ pub(super) struct Applied {
 /// The state of a craft that replays a trace.
 #[derive(Debug)]
 pub(super) struct Open {
-    craft: CraftId,
+    pub(super) craft: CraftId,
     epoch: u32,
     sends_altered_only: bool,
     records_max: usize,
-    strategy: Box<dyn Strategy>,
-    board: Blackboard,
-    authors: Authors,
+    pub(super) strategy: Box<dyn Strategy>,
+    pub(super) board: Blackboard,
+    pub(super) authors: Authors,
     /// Crafts that are gone.
-    gone: Vec<CraftId>,
-    replicas: ReplicaStore,
-    keeps_replicas: bool,
+    pub(super) gone: Vec<CraftId>,
+    pub(super) replicas: ReplicaStore,
+    pub(super) keeps_replicas: bool,
     schedule: Schedule,
     seen: Seen,
     firing_number: u32,
@@ -280,116 +278,5 @@ impl Open {
             }
             lane.clear();
         }
-    }
-
-    /// The craft recovers; its writes have at least the count `floor`.
-    pub(super) fn begin_recovery(&mut self, floor: u32, fleet: &FleetView<'_>) {
-        self.board.set_count_floor(floor);
-        self.set_detour(fleet);
-    }
-
-    /// `craft` is gone or back: plans go round it.
-    pub(super) fn reroute(&mut self, craft: CraftId, is_gone: bool, fleet: &FleetView<'_>) {
-        self.gone.retain(|&gone| gone != craft);
-        if is_gone {
-            self.gone.push(craft);
-        }
-        self.set_detour(fleet);
-    }
-
-    fn set_detour(&mut self, fleet: &FleetView<'_>) {
-        if !self.strategy.relays() {
-            return;
-        }
-        let cut = || Topology::without(&fleet.topology, |craft| self.gone.contains(&craft));
-        let detour = if self.gone.is_empty() { None } else { cut() };
-        self.strategy.reroute(detour);
-    }
-
-    /// The versions held here of what `facts` of `teller` reach, as `teller` numbers them.
-    pub(super) fn digest(
-        &self,
-        teller: CraftId,
-        facts: Range<u32>,
-        fleet: &FleetView<'_>,
-        out: &mut Vec<Change>,
-    ) {
-        let board = fleet.board(teller);
-        for fact in within(facts, board.fact_count) {
-            let Some(own) = board.target_on(fact, self.craft) else { continue };
-            let FactState { value, version } = self.board.state(own);
-            if version.count > 0 {
-                out.push(Change { fact, value, version, altered: false });
-            }
-        }
-    }
-
-    /// What `asker` lacks of `facts`, as far as this board knows: what `known` says that it holds is
-    /// left out, except where replicas are kept, of which it says nothing.
-    pub(super) fn tell(
-        &self,
-        asker: CraftId,
-        facts: Range<u32>,
-        known: &[Change],
-        fleet: &FleetView<'_>,
-        out: &mut Vec<Change>,
-    ) {
-        let board = fleet.board(self.craft);
-        for fact in within(facts.clone(), board.fact_count) {
-            let at_asker = board.target_on(fact, asker);
-            for change in self.authors.changes(&self.board, fact) {
-                let writer = change.version.writer;
-                let reached = if writer == asker {
-                    Some(change.fact)
-                } else {
-                    fleet.board(writer).target_on(change.fact, asker)
-                };
-                let is_own = writer == self.craft && self.strategy.replicates(board, fact);
-                let is_told = match reached {
-                    Some(reached) => at_asker != Some(reached) || is_news(&change, fact, known),
-                    None => false,
-                };
-                if is_told || is_own {
-                    out.push(change);
-                }
-            }
-        }
-        if self.keeps_replicas {
-            for fact in within(facts, fleet.board(asker).fact_count) {
-                let FactState { value, version } = self.replicas.state(asker, fact);
-                if version.count > 0 {
-                    out.push(Change { fact, value, version, altered: false });
-                }
-            }
-        }
-    }
-
-    /// Takes over what a peer told as state; returns how much of it was news.
-    pub(super) fn learn(&mut self, changes: &[Change], fleet: &FleetView<'_>) -> u64 {
-        let board = fleet.board(self.craft);
-        let mut learnt = 0;
-        for change in changes {
-            let &Change { fact, value, version, .. } = change;
-            let writer = version.writer;
-            let own = if writer == self.craft {
-                Some(fact)
-            } else {
-                fleet.board(writer).target_on(fact, self.craft)
-            };
-            if let Some(own) = own
-                && self.board.merge(board, own, value, version).accepted
-            {
-                learnt += 1;
-                if writer == self.craft {
-                    self.authors.wrote(change);
-                } else {
-                    self.authors.learnt(own, fact);
-                }
-            }
-            if self.keeps_replicas && writer != self.craft {
-                self.replicas.tell(writer, fact, FactState { value, version });
-            }
-        }
-        learnt
     }
 }

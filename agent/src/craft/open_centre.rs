@@ -4,7 +4,7 @@
 //! arrives; for each of those boards' clients it waits for their next request and rides on the reply.
 //! Not here: the client's side (`open_client`), and the centre of lockstep.
 
-use super::open_client::{ALL_IS_SAID, MORE_IS_NEW, WRITES_NO_MORE, news, versions};
+use super::open_client::{ALL_IS_SAID, MORE_IS_NEW, WRITES_NO_MORE, is_behind, news, versions};
 use super::outbox::{Counting, Outbox, header};
 use super::recovery::Authors;
 use super::schedule::Schedule;
@@ -30,6 +30,10 @@ struct Seat {
     /// were meant to be made.
     news: VecDeque<(Change, u64)>,
     writes_no_more: bool,
+    /// Number of its client's newest request: an older one may be repeated after it.
+    request: u32,
+    /// Whether its client is gone.
+    is_gone: bool,
 }
 
 /// The centre of a fleet in open mode.
@@ -56,7 +60,7 @@ impl OpenCentre {
             seat.board.reset(board);
             seat.authors.reset(board.fact_count, spec.recovery.is_some());
             seat.news.clear();
-            seat.writes_no_more = false;
+            (seat.writes_no_more, seat.is_gone, seat.request) = (false, false, 0);
         }
         self.applied.clear();
         self.is_caught_up = true;
@@ -110,8 +114,12 @@ impl OpenCentre {
             }
             self.applied.push(Nanos(intended_ns));
         }
-        self.seats[asker.index()].writes_no_more = header.argument & WRITES_NO_MORE != 0;
-        self.reply(asker, header.intended_ns, counting, out);
+        let seat = &mut self.seats[asker.index()];
+        if header.firing_number >= seat.request {
+            seat.request = header.firing_number;
+            seat.writes_no_more = header.argument & WRITES_NO_MORE != 0;
+        }
+        self.reply(asker, header, counting, out);
         Ok(())
     }
 
@@ -130,16 +138,18 @@ impl OpenCentre {
     fn reply(
         &mut self,
         asker: CraftId,
-        intended_ns: u64,
+        request: &Header,
         counting: &mut Counting,
         out: &mut Outbox,
     ) {
-        let is_silent = self.is_caught_up && self.seats.iter().all(|seat| seat.writes_no_more);
+        let is_silent =
+            self.is_caught_up && self.seats.iter().all(|seat| seat.writes_no_more || seat.is_gone);
         let centre = CraftId::from_index(self.seats.len());
         let news = &mut self.seats[asker.index()].news;
         let fitting = news.len().min(self.records_max);
         let mut header = header(Class::Reply, Kind::Reply, centre, self.epoch, Turn(0));
-        header.intended_ns = intended_ns;
+        header.intended_ns = request.intended_ns;
+        header.firing_number = request.firing_number;
         header.argument = match (fitting < news.len(), is_silent) {
             (true, _) => MORE_IS_NEW,
             (false, true) => ALL_IS_SAID,
@@ -157,7 +167,7 @@ impl OpenCentre {
     /// A client that is gone writes no more; one that is back may.
     pub(super) fn member_changed(&mut self, craft: CraftId, is_gone: bool) {
         if let Some(seat) = self.seats.get_mut(craft.index()) {
-            seat.writes_no_more = is_gone;
+            (seat.writes_no_more, seat.is_gone, seat.request) = (false, is_gone, 0);
             if is_gone {
                 seat.news.clear();
             }
@@ -167,6 +177,11 @@ impl OpenCentre {
     /// The versions on the board of `client` of `facts`.
     pub(super) fn digest(&self, client: CraftId, facts: Range<u32>, out: &mut Vec<Change>) {
         out.extend(versions(&self.seats[client.index()].board, facts));
+    }
+
+    /// Whether `client` knows something newer of its board than this centre.
+    pub(super) fn is_behind(&self, client: CraftId, known: &[Change]) -> bool {
+        self.seats.get(client.index()).is_some_and(|seat| is_behind(&seat.board, known))
     }
 
     /// What a client that knows `known` lacks of `facts`.

@@ -63,6 +63,8 @@ pub(super) struct OpenClient {
     unsent: VecDeque<Unsent>,
     /// Whether a reply is awaited.
     awaits_reply: bool,
+    /// Number of the last request, from 1 in each epoch: a reply says which one it answers.
+    request: u32,
     /// When it asks what is new, if it has nothing to send until then.
     asks_at: Nanos,
     is_finished: bool,
@@ -94,6 +96,7 @@ impl OpenClient {
         self.seen.reset(fleet.board(craft).fact_count);
         self.unsent.clear();
         self.awaits_reply = false;
+        self.request = 0;
         self.is_finished = false;
         self.applied.clear();
     }
@@ -172,7 +175,7 @@ impl OpenClient {
         (counting, measured): (&mut Counting, &mut Measured),
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
-        let is_awaited = std::mem::take(&mut self.awaits_reply);
+        let is_awaited = self.awaits_reply && header.firing_number == self.request;
         if !is_awaited && !self.recovers {
             return Err(Refusal::Kind);
         }
@@ -196,6 +199,7 @@ impl OpenClient {
             counting.counters.recovered.stale += 1;
             return Ok(());
         }
+        self.awaits_reply = false;
         self.is_finished = header.argument & ALL_IS_SAID != 0;
         let has_more = header.argument & MORE_IS_NEW != 0;
         self.asks_at = if has_more { received } else { received.plus(self.asks_every_ns) };
@@ -230,6 +234,8 @@ impl OpenClient {
         let is_last = fitting == self.unsent.len() && self.schedule.is_over(now);
         let mut header = header(Class::Replication, kind, self.craft, self.epoch, Turn(0));
         header.argument = if is_last { WRITES_NO_MORE } else { 0 };
+        self.request += 1;
+        header.firing_number = self.request;
         self.awaits_reply = true;
         if let Some(oldest) = self.unsent.front() {
             header.intended_ns = oldest.intended_ns;
@@ -262,6 +268,15 @@ impl OpenClient {
         self.asks_at = now;
     }
 
+    /// A centre that asks for the mirror takes what it is told for all that was said before: a request
+    /// that it has not answered yet, it may never see.
+    pub(super) fn stop_waiting(&mut self, now: Nanos) {
+        if self.awaits_reply {
+            self.awaits_reply = false;
+            self.asks_at = now;
+        }
+    }
+
     /// The versions in the mirror of `facts`.
     pub(super) fn digest(&self, facts: Range<u32>, out: &mut Vec<Change>) {
         out.extend(versions(&self.mirror, facts));
@@ -292,6 +307,13 @@ impl OpenClient {
         }
         learnt
     }
+}
+
+/// Whether `known` holds something newer than `board`.
+pub(super) fn is_behind(board: &Blackboard, known: &[Change]) -> bool {
+    known.iter().any(|held| {
+        held.fact.0 < board.fact_count() && held.version > board.state(held.fact).version
+    })
 }
 
 /// The versions that `board` holds of `facts`.

@@ -2,6 +2,7 @@
 //!
 //! Roles know what a board holds and what another one needs; [`Recovery`] knows when to ask and whom.
 
+use super::open_client::is_behind;
 use super::outbox::{Outbox, header};
 use super::recovery::{Question, Recovery};
 use super::{Craft, Role};
@@ -109,6 +110,7 @@ impl Craft {
         }
         // What was under way through or from it may be lost without a gap at anybody.
         recovery.ask_in_a_while();
+        self.tell_centre();
     }
 
     /// Ports beyond those of the strategy: receipts and states go straight to whom they concern.
@@ -149,6 +151,8 @@ impl Craft {
             self.ask_state(question, fleet, out);
         }
         self.questions = questions;
+        // A question may have been given up.
+        self.tell_centre();
         true
     }
 
@@ -183,10 +187,18 @@ impl Craft {
         let next = recovery.take_state(header);
         if let Some(question) = next {
             self.ask_state(question, fleet, out);
-        } else if let Role::OpenCentre(centre) = &mut self.role {
-            centre.is_caught_up = self.recovery.as_ref().is_none_or(|asks| !asks.is_catching_up());
+        } else {
+            self.tell_centre();
         }
         Ok(())
+    }
+
+    /// Tells a centre whether it has caught up.
+    fn tell_centre(&mut self) {
+        let is_caught_up = self.is_caught_up();
+        if let Role::OpenCentre(centre) = &mut self.role {
+            centre.is_caught_up = is_caught_up;
+        }
     }
 
     /// Starts a conversation again whose sample was given up.
@@ -242,6 +254,15 @@ impl Craft {
             own.unwrap_or(0).max(of_asker)
         };
         let own = fleet.boards.get(self.craft.index()).map(|board| board.fact_count);
+        let is_behind = match &mut self.role {
+            Role::Open(craft) => craft.is_behind(asker, known, fleet),
+            Role::OpenClient(client) => {
+                client.stop_waiting(self.arrived);
+                is_behind(client.mirror(), known)
+            }
+            Role::OpenCentre(centre) => centre.is_behind(asker, known),
+            _ => false,
+        };
         match &self.role {
             Role::Open(craft) => craft.tell(asker, facts, known, fleet, &mut out.changes),
             Role::OpenClient(client) => client.tell(facts, known, &mut out.changes),
@@ -251,6 +272,9 @@ impl Craft {
         header.hop_count = u16::from(end < most(own));
         if let Some(recovery) = &mut self.recovery {
             recovery.counted_mut().states += 1;
+            if is_behind {
+                recovery.ask(asker);
+            }
         }
         self.put_state(asker, header, start, out);
         Ok(())

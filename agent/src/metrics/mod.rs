@@ -11,7 +11,7 @@ mod shares;
 pub use shares::{SHARE_STEPS, Shares, TOTAL_CLASSES_PER_OCTAVE, class_floor_ns, share_part_name};
 
 use hdrhistogram::Histogram;
-use hdrhistogram::serialization::{Serializer, V2Serializer};
+use hdrhistogram::serialization::{Deserializer, Serializer, V2Serializer};
 use shared_types::ids::CraftId;
 use shared_types::limits::SLICES_MAX;
 use shared_types::time::Nanos;
@@ -70,7 +70,9 @@ impl Measured {
             }));
         }
         // Resetting touches the memory, so that no page is missing in the interval.
-        self.slices.iter_mut().chain(&mut self.stages).for_each(Histogram::reset);
+        let stages = self.stages.iter_mut();
+        let stamped = stages.filter(|times| spec.stamps_stages || !times.is_empty());
+        self.slices.iter_mut().chain(stamped).for_each(Histogram::reset);
         self.shares.reset();
         self.applied_from.clear();
         self.applied_from.resize(processes, 0);
@@ -192,6 +194,11 @@ fn note(histogram: &mut Histogram<u32>, value: u64, times: u32) {
         let value = value.clamp(histogram.low(), histogram.high());
         histogram.record_n(value, times).expect("invariant: the value lies within the bounds");
     }
+}
+
+/// The histogram that [`Measured::report`] wrote; `None` for an empty slice.
+pub(crate) fn histogram_of(bytes: &[u8]) -> Option<Histogram<u32>> {
+    Deserializer::new().deserialize(&mut &bytes[..]).ok()
 }
 
 fn serialized(histogram: &Histogram<u32>) -> Vec<u8> {

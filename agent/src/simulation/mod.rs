@@ -5,6 +5,7 @@
 //! arrival order shows as a difference between seeds of delivery. Not here: counts of processes, CPU
 //! time, memory (they are 0 in a simulated report).
 
+pub mod campaign;
 mod open;
 #[cfg(test)]
 mod tests;

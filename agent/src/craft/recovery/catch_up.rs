@@ -41,15 +41,24 @@ impl Recovery {
             return;
         }
         for craft in self.others() {
-            let peer = &mut self.peers[craft.index()];
-            if peer.is_gone || peer.pulling.is_on() {
-                continue;
-            }
-            peer.pulling.start(at);
-            peer.question = peer.question.wrapping_add(1);
-            peer.first_fact = 0;
-            self.earliest = self.earliest.min(at);
+            self.ask_from(craft, at);
         }
+    }
+
+    /// Asks `craft`, which knows something newer, for its state.
+    pub(in crate::craft) fn ask(&mut self, craft: CraftId) {
+        self.ask_from(craft, self.now);
+    }
+
+    fn ask_from(&mut self, craft: CraftId, at: Nanos) {
+        let peer = &mut self.peers[craft.index()];
+        if peer.is_gone || peer.pulling.is_on() {
+            return;
+        }
+        peer.pulling.start(at);
+        peer.question = peer.question.wrapping_add(1);
+        peer.first_fact = 0;
+        self.earliest = self.earliest.min(at);
     }
 
     /// Asks everybody once things have come to rest after a change of the fleet.

@@ -15,8 +15,8 @@ impl Recovery {
             return false;
         }
         let sent = [peer.unicast_next.unwrap_or(0), self.multicast_next.unwrap_or(0)];
-        peer.rest();
-        // What an earlier life was sent, this one learns from states.
+        // What an earlier life was sent, this one learns from states. What it is asked for stays.
+        peer.forget_numbers();
         *peer = Peer { is_gone: false, life: incarnation, confirmed: sent, ..*peer };
         self.wanted.retain(|wanted| wanted.by != craft);
         self.said.retain(|said| said.by != craft);

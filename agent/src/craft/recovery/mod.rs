@@ -221,7 +221,9 @@ impl Recovery {
     /// A sample of `header` came from a peer. Says whether the peer lives a life that was not known.
     pub(super) fn heard(&mut self, header: &Header) -> bool {
         let source = CraftId(header.source);
-        let is_new = self.up(source, header.incarnation);
+        // What one that is gone had sent before may still arrive; only a later life brings it back.
+        let known = self.peers.get(source.index()).map_or(0, |peer| peer.life);
+        let is_new = header.incarnation > known && self.up(source, header.incarnation);
         let is_numbered = header.kind().is_some_and(shared_types::wire::Kind::is_numbered);
         let Some(peer) = self.peers.get_mut(source.index()).filter(|_| is_numbered) else {
             return is_new;

@@ -102,10 +102,15 @@ impl Peer {
 
     /// Nothing is expected of it, and nothing owed.
     pub(super) fn rest(&mut self) {
-        self.announcing.stop();
-        self.missing.stop();
+        self.forget_numbers();
         self.pulling.stop();
         self.is_joining = false;
+    }
+
+    /// Samples between it and this process are no matter any more.
+    pub(super) fn forget_numbers(&mut self) {
+        self.announcing.stop();
+        self.missing.stop();
         self.receipt_at = None;
         self.unreceipted = 0;
     }

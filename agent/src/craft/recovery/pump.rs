@@ -205,6 +205,10 @@ impl Recovery {
     ) -> Result<(), SendError> {
         let peer = &mut self.peers[craft.index()];
         (peer.receipt_at, peer.unreceipted) = (None, 0);
+        // Numbers of an earlier life must not be told as those of this one, which may be announced only.
+        for service in Numbered::ALL {
+            endpoint.numbers(service).meet(craft.0, peer.life);
+        }
         let mut rows = [MissingRow::default(); MISSING_ROWS_MAX];
         let mut count = 0;
         if !peer.is_joining {

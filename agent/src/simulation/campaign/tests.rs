@@ -1,0 +1,233 @@
+//! The laws hold for many seeds, and each of them catches a bug that is planted.
+
+use super::fault::{Fault, What};
+use super::{Case, Played, STRATEGIES, Stage, Violation};
+use shared_types::ids::CraftId;
+use shared_types::transport::memory::MemoryEndpoint;
+use shared_types::transport::sequence::Sequences;
+use shared_types::transport::{Destination, Endpoint, Numbered, Peers, SendError, WorldSample};
+use shared_types::wire::{Class, Header, Kind, Losses, StrategyKind};
+
+/// Seeds of a strategy in a test; campaigns of the command take many more.
+const SEEDS: u64 = 150;
+
+#[test]
+fn every_law_holds_under_every_strategy_whatever_befalls_the_fleet() {
+    let mut stage = Stage::default();
+    for strategy in STRATEGIES {
+        let mut all = Played::default();
+        for seed in 0..SEEDS {
+            match Case::of(seed, strategy).judge(&mut stage) {
+                Ok(played) => all += played,
+                Err(failure) => {
+                    let lines: Vec<String> =
+                        failure.minimal.iter().map(ToString::to_string).collect();
+                    panic!("{strategy}, seed {seed}: {}\n{}", failure.violation, lines.join("\n"));
+                }
+            }
+        }
+        assert!(all.kills > SEEDS / 2, "{strategy}: {all:?}");
+        assert!(all.lost > SEEDS, "{strategy}: {all:?}");
+        assert!(all.recovered.repeats > SEEDS, "{strategy}: {all:?}");
+        assert!(all.recovered.learnt > SEEDS, "{strategy}: {all:?}");
+    }
+}
+
+#[test]
+fn a_case_goes_the_same_way_every_time() {
+    let mut stage = Stage::default();
+    for strategy in [StrategyKind::Hierarchy, StrategyKind::CentralBatched] {
+        let case = Case::of(11, strategy);
+        let lines = |stage: &mut Stage| {
+            let mut lines = Vec::new();
+            let played = case.play(stage, Some(&mut |at, what| lines.push((at, what))));
+            (played, lines)
+        };
+        let first = lines(&mut stage);
+        assert!(!first.1.is_empty());
+        assert_eq!(first, lines(&mut stage));
+        assert_eq!(
+            first.0,
+            case.play(&mut Stage::default(), None),
+            "memory of others is no matter"
+        );
+    }
+}
+
+#[test]
+fn without_faults_nothing_is_asked_again() {
+    let mut stage = Stage::default();
+    for strategy in STRATEGIES {
+        for seed in 0..20 {
+            let case = Case { faults: Vec::new(), ..Case::of(seed, strategy) };
+            let played = case.play(&mut stage, None).expect("nothing happened");
+            let found = played.recovered;
+            let trouble = [found.asked_again, found.repeats, found.given_up, found.states_missed];
+            assert_eq!(trouble, [0; 4], "{strategy}, seed {seed}: {found:?}");
+            assert!(found.receipts > 0 && found.states > 0, "{strategy}, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn a_failing_case_is_made_small() {
+    let case = Case::of(3, StrategyKind::Boundary);
+    let wanted = Fault { at_ns: 5, lasts_ns: 1_000, what: What::Pause(CraftId(1)) };
+    let mut faults = Case::of(4, StrategyKind::Boundary).faults;
+    faults.push(wanted);
+    faults.extend(Case::of(5, StrategyKind::Boundary).faults);
+    let case = Case { faults, ..case };
+    let minimal = case.shrink(|case| {
+        case.faults.iter().any(|fault| fault.at_ns == wanted.at_ns && fault.lasts_ns >= 400)
+    });
+    assert_eq!(minimal, [Fault { lasts_ns: 500, ..wanted }]);
+}
+
+/// A bug between a process and the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Bug {
+    /// What is asked for again is never sent.
+    NeverRepeats,
+    /// What is asked for again is sent over and over.
+    RepeatsForEver,
+    /// Everything that arrives is handed over twice.
+    HandsOverTwice,
+    /// A gap is taken for received.
+    HidesLosses,
+    /// States are empty.
+    TellsNothing,
+    /// Receipts are never sent: nobody hears of a gap.
+    NeverReceipts,
+}
+
+/// An endpoint with a bug.
+struct Buggy {
+    endpoint: MemoryEndpoint,
+    bug: Bug,
+}
+
+impl Endpoint for Buggy {
+    fn open_ports(&mut self, peers: &Peers) -> Result<(), SendError> {
+        self.endpoint.open_ports(peers)
+    }
+
+    fn update_connections(&mut self) -> Result<(), SendError> {
+        self.endpoint.update_connections()
+    }
+
+    fn send(
+        &mut self,
+        to: Destination,
+        header: Header,
+        length: usize,
+        write: &mut dyn FnMut(&mut [u8]),
+    ) -> Result<(), SendError> {
+        self.endpoint.send(to, header, length, write)
+    }
+
+    fn take_world(&mut self) -> Result<Option<WorldSample>, SendError> {
+        self.endpoint.take_world()
+    }
+
+    fn flush(&mut self) -> Result<usize, SendError> {
+        self.endpoint.flush()
+    }
+
+    fn drain(
+        &mut self,
+        visit: &mut dyn FnMut(Destination, &Header, &[u8]),
+    ) -> Result<usize, SendError> {
+        let times = if self.bug == Bug::HandsOverTwice { 2 } else { 1 };
+        self.endpoint.drain(&mut |destination, header, payload| {
+            for _ in 0..times {
+                visit(destination, header, payload);
+            }
+        })
+    }
+
+    fn next_number(&self, to: Destination) -> u64 {
+        self.endpoint.next_number(to)
+    }
+
+    fn send_past_numbering(
+        &mut self,
+        receiver: CraftId,
+        mut header: Header,
+        mut length: usize,
+        write: &mut dyn FnMut(&mut [u8]),
+    ) -> Result<(), SendError> {
+        let is_repeat =
+            header.class == Class::Repair as u8 && header.kind().is_some_and(Kind::is_numbered);
+        let times = match self.bug {
+            Bug::NeverRepeats if is_repeat => 0,
+            Bug::RepeatsForEver if is_repeat => 70,
+            Bug::NeverReceipts if header.kind() == Some(Kind::Receipt) => 0,
+            _ => 1,
+        };
+        let mut nothing = |_: &mut [u8]| {};
+        let is_emptied = self.bug == Bug::TellsNothing && header.kind() == Some(Kind::State);
+        let write: &mut dyn FnMut(&mut [u8]) = if is_emptied {
+            (header.record_count, length) = (0, 0);
+            &mut nothing
+        } else {
+            write
+        };
+        (0..times)
+            .try_for_each(|_| self.endpoint.send_past_numbering(receiver, header, length, write))
+    }
+
+    fn numbers(&mut self, service: Numbered) -> &mut Sequences {
+        let numbers = self.endpoint.numbers(service);
+        if self.bug == Bug::HidesLosses {
+            for debtor in numbers.debtors().collect::<Vec<_>>() {
+                let next = numbers.next(debtor);
+                numbers.cover(debtor, 0, next);
+            }
+        }
+        numbers
+    }
+
+    fn discard(&mut self, craft: CraftId) -> usize {
+        self.endpoint.discard(craft)
+    }
+
+    fn ring(&mut self) {
+        self.endpoint.ring();
+    }
+
+    fn take_losses(&mut self) -> Losses {
+        self.endpoint.take_losses()
+    }
+}
+
+/// The laws that `bug` breaks in the first seeds of `strategy`, faults on links and processes or, if
+/// not `with_deaths`, on links alone.
+fn broken_by(bug: Bug, strategy: StrategyKind, with_deaths: bool) -> Vec<Violation> {
+    let mut stage = Stage::default();
+    let cases = (0..40).map(|seed| {
+        let mut case = Case::of(seed, strategy);
+        case.faults.retain(|fault| with_deaths || !matches!(fault.what, What::Kill(_)));
+        case
+    });
+    let played =
+        cases.map(|case| case.play_through(&mut stage, None, &|endpoint| Buggy { endpoint, bug }));
+    played.filter_map(Result::err).collect()
+}
+
+#[test]
+fn each_planted_bug_breaks_the_law_that_is_meant_for_it() {
+    type Law = fn(&Violation) -> bool;
+    let given_up: Law = |broken| matches!(broken, Violation::GivenUp { .. });
+    let rows: [(Bug, bool, Law); 6] = [
+        (Bug::NeverRepeats, false, given_up),
+        (Bug::NeverReceipts, false, given_up),
+        (Bug::RepeatsForEver, false, |broken| matches!(broken, Violation::OverBudget { .. })),
+        (Bug::HandsOverTwice, true, |broken| matches!(broken, Violation::HandedOverTwice { .. })),
+        (Bug::HidesLosses, false, |broken| matches!(broken, Violation::Unaccounted { .. })),
+        (Bug::TellsNothing, true, |broken| matches!(broken, Violation::Disagree { .. })),
+    ];
+    for (bug, with_deaths, law) in rows {
+        let broken = broken_by(bug, StrategyKind::Boundary, with_deaths);
+        assert!(broken.iter().any(law), "{bug:?}: {broken:?}");
+    }
+}
