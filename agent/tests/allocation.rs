@@ -190,6 +190,32 @@ fn core_allocates_nothing_per_delta_in_the_steady_state() {
     }
 }
 
+/// Under the strategies whose epochs may recover the ring and the receipts take no memory either.
+#[test]
+fn core_that_recovers_allocates_nothing_per_delta_once_its_ring_is_full() {
+    let network = restless_network();
+    let view = network.view();
+    let recovery = Some(shared_types::wire::RecoverySpec { patience_ns: 20_000 });
+    for strategy in [StrategyKind::Full, StrategyKind::Boundary, StrategyKind::Central] {
+        let spec = EpochSpec { recovery, turns_max: 2_000, ..spec(strategy) };
+        let mut fleet = Fleet::new(&spec, &view);
+        let warm_up = CraftId::from_index(shared_types::limits::RING_SAMPLES + 1).0;
+        for turn in 0..warm_up {
+            fleet.turn(turn, &view);
+        }
+        let before = fleet.deliveries();
+        let allocations = allocations_during(|| {
+            for turn in warm_up..warm_up + 200 {
+                fleet.turn(turn, &view);
+            }
+        });
+        let receipts: u64 =
+            fleet.crafts.iter().map(|craft| craft.counters().recovered.receipts).sum();
+        assert!(fleet.deliveries() - before >= 200 && receipts > 0, "{strategy}");
+        assert_eq!(allocations, 0, "{strategy}");
+    }
+}
+
 /// The trace of a fleet whose crafts each write both shared facts and read one, `bursts` times, 10 us
 /// apart.
 fn restless_trace(bursts: u64) -> Vec<TraceRecord> {

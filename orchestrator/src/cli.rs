@@ -4,9 +4,11 @@
 
 mod campaign;
 mod explain;
+mod simulate;
 
 pub use campaign::CampaignArguments;
 pub use explain::ExplainArguments;
+pub use simulate::SimulateArguments;
 
 use crate::report::networks::PUBLISHED_NETWORKS;
 use crate::scenario::nearest;
@@ -53,8 +55,8 @@ pub enum Command {
     Compare(CompareArguments),
     /// Runs a mission file or preset on a real fleet.
     Run(RunArguments),
-    /// Runs a mission file or preset in one process, on a virtual clock.
-    Simulate(RunArguments),
+    /// Runs a mission file or preset in one process, on a virtual clock; or a campaign of faults.
+    Simulate(SimulateArguments),
     /// Runs a mission file or preset over a grid of values, one run a cell.
     Sweep(SweepArguments),
     /// Sets the published tables beside ours.
@@ -171,7 +173,6 @@ pub struct CompareArguments {
 #[derive(Clone, Debug, Args)]
 pub struct RunArguments {
     /// A mission file, or the name of a preset.
-    #[arg(required_unless_present = "resume")]
     pub scenario: Option<String>,
     /// Goes on with a run that was cut off, in its directory and as it was started.
     #[arg(long, value_name = "DIR", conflicts_with_all = PLAN_FLAGS)]

@@ -124,6 +124,9 @@ pub const LOADS_MAX: usize = 100;
 /// Longest window in which restarts of a craft are counted, in seconds: a day.
 pub const RESTART_WINDOW_S_MAX: u32 = 86_400;
 
+/// Largest share of all samples that a link may lose: repeats are bounded.
+pub const LOSS_MAX: f64 = 0.9;
+
 /// Longest delay of a link, in milliseconds: a day.
 pub const DELAY_MS_MAX: f64 = 86_400_000.0;
 

@@ -340,6 +340,14 @@ impl Craft {
                 self.received_intended.push(intended_ns.ok_or(Refusal::Length)?);
             }
         }
+        // A repeat is the one delivery that its receiver missed, and is passed on like it; repairs are
+        // counted where they are sent.
+        let class = match (class, kind) {
+            (Class::Repair, Kind::Reply) => Class::Reply,
+            (Class::Repair, _) => Class::Replication,
+            _ => class,
+        };
+        let header = &Header { class: class as u8, ..*header };
         self.counting.received(class, header, payload.len())?;
         let (changes, counting) = (&self.received[..], &mut self.counting);
         match (&mut self.role, kind) {

@@ -107,6 +107,10 @@ impl OpenCentre {
             self.seats[asker.index()].take(fleet.board(asker), change.fact, &change);
             for target in fleet.board(asker).targets(change.fact) {
                 let seat = &mut self.seats[target.craft.index()];
+                // It may have been learnt as state before the request came.
+                if seat.board.state(target.fact).version == change.version {
+                    continue;
+                }
                 let merged = seat.take(fleet.board(target.craft), target.fact, &change);
                 counting.counters.conflicts += u64::from(merged.conflict);
                 measured.applied(asker, 1);

@@ -139,22 +139,27 @@ impl Simulation {
         let mut draws = Stream::new(spec.seed, spec.trial, Purpose::Delivery, 0);
         let mut command = referee.start();
         let mut finished = 0;
-        loop {
+        'trial: loop {
             finished += self.command(&command, processes, fleet, &mut referee, &mut draws)?;
-            finished += self.deliver(fleet, &mut referee)?;
-            self.settle(processes, &mut referee)?;
-            match referee.advance() {
-                Some(next) => command = next,
-                None if referee.outcome().is_some() && finished == processes => break,
-                None => {
+            command = loop {
+                finished += self.deliver(fleet, &mut referee)?;
+                self.settle(processes, &mut referee)?;
+                match referee.advance() {
+                    Some(next) => break next,
+                    None if referee.outcome().is_some() && finished == processes => break 'trial,
+                    None => {}
+                }
+                // Whatever the turn waits for was lost: time passes until somebody asks for it.
+                let Some(repaired) = self.repair(processes, fleet, &mut referee)? else {
                     return Err(SimulationError::Unbalanced {
                         trial: spec.trial,
                         turns: referee.turns_opened(),
                         standing: referee.standing(),
                         reports: self.reports(processes),
                     });
-                }
-            }
+                };
+                finished += repaired;
+            };
         }
         Ok(SimulatedTrial {
             outcome: referee.outcome().expect("invariant: the loop ends with the trial"),
@@ -183,6 +188,7 @@ impl Simulation {
         let mut finished = 0;
         for &index in &order {
             let now = self.network.now();
+            self.crafts[index].arrive(now);
             self.crafts[index].command(now, command, fleet, &mut self.out);
             finished += self.publish(index, referee)?;
             self.crafts[index].upkeep(fleet, &mut || now);
@@ -201,6 +207,7 @@ impl Simulation {
         while let Some(receiver) = self.network.deliver_next() {
             let index = receiver.index();
             let (craft, out) = (&mut self.crafts[index], &mut self.out);
+            craft.arrive(self.network.now());
             self.endpoints[index].drain(&mut |_, header, payload| {
                 if let (Some(class), Some(kind)) = (header.class(), header.kind()) {
                     // A refusal is counted by the craft and changes nothing.
@@ -210,6 +217,23 @@ impl Simulation {
             finished += self.publish(index, referee)?;
         }
         Ok(finished)
+    }
+
+    /// Lets time pass to the first process that asks again, and has it ask; `None` if nobody will.
+    fn repair(
+        &mut self,
+        processes: usize,
+        fleet: &FleetView<'_>,
+        referee: &mut Referee,
+    ) -> Result<Option<usize>, SimulationError> {
+        let crafts = self.crafts.iter().take(processes).enumerate();
+        let due = crafts.filter_map(|(index, craft)| Some((craft.next_recovery()?, index))).min();
+        let Some((at, index)) = due else { return Ok(None) };
+        self.network.advance_to(at);
+        let now = self.network.now();
+        self.crafts[index].arrive(now);
+        self.crafts[index].tend(now, fleet, &mut self.out);
+        self.publish(index, referee).map(Some)
     }
 
     /// Puts what the processes hold back into the ledger: nothing is under way any more.

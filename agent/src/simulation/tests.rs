@@ -10,8 +10,9 @@ use shared_types::ids::CraftId;
 use shared_types::knowledge::{BoardNetwork, Change, Csr, FleetNetwork, Topology};
 use shared_types::rng::{Purpose, Stream};
 use shared_types::transport::Peers;
+use shared_types::transport::link::Lossy;
 use shared_types::transport::memory::MemoryOptions;
-use shared_types::wire::{Class, EpochSpec, StrategyKind};
+use shared_types::wire::{Class, EpochSpec, RecoverySpec, StrategyKind, TrialReport};
 
 /// Strategies that replicate; `null` does not agree with anybody.
 const REPLICATING: [StrategyKind; 8] = [
@@ -263,5 +264,55 @@ fn fleet_of_ten_thousand_plays_a_sparse_mission() {
             .sum();
         assert_eq!(trial.path.len(), 10_000);
         assert!(held >= 10_000, "{kind}: {held}");
+    }
+}
+
+#[test]
+fn what_a_turn_loses_is_repeated_and_changes_no_path_no_board_and_no_count() {
+    let recovery = Some(RecoverySpec { patience_ns: 100_000 });
+    for seed in 0..12 {
+        let network = mission(2 + u32::try_from(seed % 6).expect("small"), seed);
+        let view = network.view();
+        for kind in REPLICATING {
+            let lossless = play(&network, &spec(kind, seed), 1000);
+            let rules = EpochSpec { recovery, ..spec(kind, seed) };
+            let mut simulation = Simulation::new(view.craft_count(), MemoryOptions::default());
+            simulation.network().set_link(Lossy::new(seed, 0.25, 0.1));
+            let lossy = simulation.play(&rules, &view).expect("the trial ends");
+            assert_eq!(lossy.path, lossless.path, "{kind}, seed {seed}");
+            assert_eq!(board_digests(&lossy), board_digests(&lossless), "{kind}, seed {seed}");
+            let mut repeats = 0;
+            for (one, other) in lossy.reports.iter().zip(&lossless.reports) {
+                for class in [Class::Replication, Class::Reply] {
+                    let traffic = |report: &TrialReport| report.counters.traffic[class as usize];
+                    assert_eq!(traffic(one), traffic(other), "{kind}, seed {seed}, {class:?}");
+                }
+                assert_eq!(one.counters.losses.gaps, 0, "{kind}, seed {seed}");
+                repeats += one.counters.recovered.repeats;
+            }
+            let samples: u64 = lossy
+                .reports
+                .iter()
+                .map(|report| report.counters.traffic[Class::Replication as usize].transmissions)
+                .sum();
+            assert!(repeats > 0 || samples < 40, "{kind}, seed {seed}: {samples} samples");
+        }
+    }
+}
+
+#[test]
+fn recovery_changes_no_count_where_nothing_is_lost() {
+    let recovery = Some(RecoverySpec { patience_ns: 1_000_000 });
+    for kind in REPLICATING {
+        let network = mission(5, 4);
+        let without = play(&network, &spec(kind, 4), 1000);
+        let with = play(&network, &EpochSpec { recovery, ..spec(kind, 4) }, 1000);
+        for (one, other) in with.reports.iter().zip(&without.reports) {
+            for class in [Class::Replication, Class::Reply, Class::Repair] {
+                let traffic = |report: &TrialReport| report.counters.traffic[class as usize];
+                assert_eq!(traffic(one), traffic(other), "{kind}, {class:?}");
+            }
+            assert_eq!(one.counters.losses, other.counters.losses, "{kind}");
+        }
     }
 }

@@ -19,6 +19,7 @@ mod resume;
 
 pub mod run;
 pub mod scenario;
+pub mod simulated;
 pub mod solve;
 pub mod sweep;
 
@@ -80,7 +81,8 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
     match &cli.command {
         Command::Compare(arguments) => compare::compare(arguments, setting),
         Command::Run(arguments) => run::run(arguments, arguments.simulated, setting),
-        Command::Simulate(arguments) => run::run(arguments, true, setting),
+        Command::Simulate(arguments) => simulated::simulated(arguments, setting)
+            .unwrap_or_else(|| run::run(&arguments.run, true, setting)),
         Command::Sweep(arguments) => sweep::sweep(arguments, setting),
         Command::Reproduce(arguments) => reproduce::reproduce(arguments, setting),
         Command::Report(arguments) => report::report(arguments, setting),

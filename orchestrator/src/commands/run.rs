@@ -3,7 +3,7 @@
 use super::execute::{Destination, Job, Scope, execute, tell_how_to_resume};
 use super::resume::{Resumed, with_typed};
 use super::{Refusal, Setting, load_scenario, print_report, program};
-use crate::cli::{Command, CommonArguments, RunArguments};
+use crate::cli::{Command, CommonArguments, RunArguments, SimulateArguments};
 use crate::outcome::Outcome;
 use crate::report::run::Mission;
 use crate::results::store::Place;
@@ -21,14 +21,19 @@ pub fn run(
     let verb = if is_simulated && !arguments.simulated { "simulate" } else { "run" };
     let Some(directory) = &arguments.resume else {
         let mode = is_simulated.then_some("simulated");
-        let name = arguments.scenario.as_deref().unwrap_or_default();
+        let Some(name) = arguments.scenario.as_deref() else {
+            return Err(Refusal::new(format!(
+                "which scenario? `{verb} two-craft` runs a preset; `list` names them all"
+            )));
+        };
         let scenario = load_scenario(name, &arguments.common, mode)?;
         let destination = Destination::New(Place::Below(&arguments.common.out));
         return run_from(scenario, &arguments.common, destination, verb, setting);
     };
     let resumed = Resumed::open(directory)?;
     let stored = match (verb, resumed.command) {
-        ("run", Command::Run(stored)) | ("simulate", Command::Simulate(stored)) => stored,
+        ("run", Command::Run(stored))
+        | ("simulate", Command::Simulate(SimulateArguments { run: stored, .. })) => stored,
         (_, command) => return Err(Resumed { command, ..resumed }.of_another_verb()),
     };
     let common = with_typed(stored.common, &arguments.common);

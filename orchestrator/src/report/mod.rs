@@ -21,6 +21,7 @@ pub mod published;
 pub mod ranges;
 pub mod reproduce;
 pub mod run;
+pub mod simulated;
 pub mod solve;
 pub mod svg;
 pub mod sweep;

@@ -41,6 +41,7 @@ use crate::launch::os_process::Launcher;
 use crate::outcome::Outcome;
 use crate::results::event::Event;
 use crate::results::store::{Store, StoreError};
+use crate::scenario::SimulatedLink;
 use crate::supervision::signals::Signals;
 use agent::simulation::Simulation;
 use backend::{Backend, SimulatedFleet};
@@ -145,8 +146,8 @@ impl<'a> Runner<'a> {
     ) -> Result<Ended, StoreError> {
         let options = MemoryOptions { seed: self.plan.seed, ..MemoryOptions::default() };
         let simulation = Simulation::new(fleet.scenario.craft_count(), options);
-        if !fleet.scenario.links().is_instant() {
-            simulation.network().set_link(fleet.scenario.links().clone());
+        if let Some(link) = SimulatedLink::of(&fleet.scenario, self.plan.seed) {
+            simulation.network().set_link(link);
         }
         let mut backend = SimulatedFleet { simulation, signals, run_ends: self.run_ends };
         self.play_trials(&mut backend, block, fleet)

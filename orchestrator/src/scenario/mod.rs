@@ -25,6 +25,7 @@ mod reach;
 mod resolve;
 mod schema;
 mod sharing;
+mod simulated_link;
 mod sweep;
 mod thinking;
 mod validate;
@@ -39,6 +40,7 @@ pub use positions::LinkTable;
 pub use preset::{PRESETS, Preset, find as find_preset};
 pub use resolve::ResolvedScenario;
 pub use schema::schema;
+pub use simulated_link::SimulatedLink;
 pub use sweep::{Axis, K_BETA, SIZES, grid, overrides, preset_axes};
 
 #[cfg(test)]

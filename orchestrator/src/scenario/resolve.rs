@@ -9,6 +9,7 @@ use super::mission;
 use super::names::NameTable;
 use super::positions::LinkTable;
 use super::reach::Reached;
+use super::simulated_link::recovery;
 use super::thinking;
 use super::validate;
 use shared_types::ids::CraftId;
@@ -151,7 +152,7 @@ impl ResolvedScenario {
             record_bytes: replication.record_bytes,
             turns_max: run.turns,
             reasoning: self.scenario.reasoning,
-            recovery: None,
+            recovery: recovery(&self.scenario.link, run.mode),
             open: None,
         }
     }
@@ -202,7 +203,10 @@ fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
     let is_simulated = run.mode == RunMode::Simulated;
     let is_offered = run.mode == RunMode::Open || (!is_simulated && !scenario.load.is_empty());
     let notices = [
-        (link.loss > 0.0, "`link.loss` is checked but not run yet"),
+        (
+            !is_simulated && link.loss > 0.0,
+            "`link.loss` acts in simulation only; real processes send over links that lose nothing",
+        ),
         (
             link.bandwidth_bits_per_s.is_some(),
             "`link.bandwidth-bits-per-s` is checked but not run yet",

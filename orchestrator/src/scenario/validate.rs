@@ -11,9 +11,9 @@ use super::nearest::listing;
 use super::offer;
 use shared_types::limits::{
     BANDWIDTH_BITS_PER_S_MAX, BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, COST_MAX,
-    COST_MIN, DELAY_MS_MAX, INBOX_PAYLOAD_BYTES, PREMISES_MAX, RANGE_M_MAX, REAL_CRAFTS_MAX,
-    RECORD_PADDING_BYTES_MAX, RESTART_WINDOW_S_MAX, SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S,
-    TURNS_MAX,
+    COST_MIN, DELAY_MS_MAX, INBOX_PAYLOAD_BYTES, LOSS_MAX, PREMISES_MAX, RANGE_M_MAX,
+    REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, RESTART_WINDOW_S_MAX, SHARED_LINKS_MAX,
+    SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
 };
 use shared_types::scenario::{
     GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, Restart, Scenario,
@@ -128,12 +128,15 @@ pub(super) fn check_cost(cost: Option<f64>, entry: &Place) -> Result<(), Finding
 
 fn check_link(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
     let link = &scenario.link;
-    if !(0.0..=1.0).contains(&link.loss) {
+    if !(0.0..=LOSS_MAX).contains(&link.loss) {
         return Err(Finding::at(
             place!["link", "loss"],
             format!("a loss of {} is impossible", link.loss),
         )
-        .help("loss is a share: 0 loses nothing, 0.05 five in a hundred, 1 everything")
+        .help(format!(
+            "loss is a share: 0 loses nothing, 0.05 five in a hundred; of more than {LOSS_MAX} repeats, \
+             which are bounded, do not get through"
+        ))
         .label("out of bounds"));
     }
     if !(0.0..=DELAY_MS_MAX).contains(&link.delay_ms) {

@@ -20,6 +20,7 @@ mod pictures;
 mod power_cut;
 mod restarts;
 mod resume;
+mod simulated;
 #[path = "../support/mod.rs"]
 mod shared;
 mod sweep;

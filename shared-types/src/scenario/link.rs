@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Link {
-    /// Share of samples that are lost, 0 to 1; default 0.
+    /// Share of samples that are lost, 0 to 0.9; default 0. What is lost is repeated.
     pub loss: f64,
     /// Delay of every sample, ms; default 0. Propagation from positions comes on top.
     pub delay_ms: f64,

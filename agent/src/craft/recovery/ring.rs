@@ -10,6 +10,9 @@ use shared_types::limits::RING_SAMPLES;
 use shared_types::transport::Numbered;
 use shared_types::wire::Header;
 
+/// Changes that an entry has room for from the start.
+const CHANGES_EXPECTED: usize = 8;
+
 /// A sample that was sent.
 #[derive(Debug)]
 pub(super) struct Sent {
@@ -57,27 +60,28 @@ impl Ring {
         intended: &[u64],
     ) -> Option<Forgotten> {
         let mut forgotten = None;
-        if let Some(entry) = self.entries.get_mut(self.next) {
-            if self.filled == RING_SAMPLES {
-                let number = entry.header.sequence;
-                forgotten = Some(Forgotten { receiver: entry.receiver, number });
-            }
-            entry.receiver = receiver;
-            entry.header = *header;
-            entry.changes.clear();
-            entry.changes.extend_from_slice(changes);
-            entry.intended.clear();
-            entry.intended.extend_from_slice(intended);
-            entry.repeats = 0;
-        } else {
+        if self.next == self.entries.len() {
+            // Room for the usual, so that an entry seldom grows when another sample takes its place.
             self.entries.push(Sent {
                 receiver,
                 header: *header,
-                changes: changes.to_vec(),
-                intended: intended.to_vec(),
+                changes: Vec::with_capacity(CHANGES_EXPECTED),
+                intended: Vec::with_capacity(CHANGES_EXPECTED),
                 repeats: 0,
             });
         }
+        let entry = &mut self.entries[self.next];
+        if self.filled == RING_SAMPLES {
+            let number = entry.header.sequence;
+            forgotten = Some(Forgotten { receiver: entry.receiver, number });
+        }
+        entry.receiver = receiver;
+        entry.header = *header;
+        entry.changes.clear();
+        entry.changes.extend_from_slice(changes);
+        entry.intended.clear();
+        entry.intended.extend_from_slice(intended);
+        entry.repeats = 0;
         self.next = (self.next + 1) % RING_SAMPLES;
         self.filled = (self.filled + 1).min(RING_SAMPLES);
         forgotten

@@ -3,11 +3,13 @@
 use super::Played;
 use super::laws::Violation;
 use super::play::{Process, Theatre};
+use crate::craft::Craft;
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::Value;
+use shared_types::limits::RING_SAMPLES;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::{Destination, Endpoint};
-use shared_types::wire::StrategyKind;
+use shared_types::wire::{Class, StrategyKind};
 
 /// Judges the fleet of `theatre`, which has played to its end.
 pub(super) fn judge<E: Endpoint>(theatre: &mut Theatre<'_, E>) -> Result<Played, Violation> {
@@ -34,9 +36,16 @@ impl<E: Endpoint> Theatre<'_, E> {
             return Err(Violation::NotCaughtUp { craft });
         }
         let nobody_died = self.processes.iter().all(|process| !process.was_killed);
+        // Beyond the ring a sample cannot be repeated.
+        let sent = |craft: &Craft| {
+            let [replication, reply] = [Class::Replication, Class::Reply]
+                .map(|class| craft.counters().traffic[class as usize].transmissions);
+            replication + reply
+        };
+        let is_kept = self.crafts.iter().all(|craft| sent(craft) <= RING_SAMPLES as u64);
         let recovered = self.crafts[craft.index()].counters().recovered;
         let count = recovered.given_up + recovered.unconfirmed + recovered.states_missed;
-        if nobody_died && count > 0 {
+        if nobody_died && is_kept && count > 0 {
             return Err(Violation::GivenUp { craft, count });
         }
         Ok(())

@@ -112,6 +112,7 @@ fn spec(case: &Case) -> EpochSpec {
             asks_every_ns: 1_000_000,
             stamps_stages: false,
         }),
+        reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: Some(RecoverySpec { patience_ns: PATIENCE_NS }),
     }
 }

@@ -1,8 +1,11 @@
 //! The laws hold for many seeds, and each of them catches a bug that is planted.
 
 use super::fault::{Fault, What};
+use super::laws::Laws;
 use super::{Case, Played, STRATEGIES, Stage, Violation};
-use shared_types::ids::CraftId;
+use shared_types::ids::{CraftId, FactId};
+use shared_types::knowledge::{FactState, Value, Version};
+use shared_types::trace::TraceRecord;
 use shared_types::transport::memory::MemoryEndpoint;
 use shared_types::transport::sequence::Sequences;
 use shared_types::transport::{Destination, Endpoint, Numbered, Peers, SendError, WorldSample};
@@ -230,4 +233,62 @@ fn each_planted_bug_breaks_the_law_that_is_meant_for_it() {
         let broken = broken_by(bug, StrategyKind::Boundary, with_deaths);
         assert!(broken.iter().any(law), "{bug:?}: {broken:?}");
     }
+}
+
+#[test]
+fn on_lossy_links_every_change_reaches_every_board_that_shares_its_fact() {
+    let mut stage = Stage::default();
+    for strategy in STRATEGIES {
+        let mut before = 0;
+        for permille in [0, 100, 250, 500, 750] {
+            let lossy = super::lossy(strategy, permille, 0..15, &mut stage).expect("laws hold");
+            assert_eq!(lossy.played.lost > 0, permille > 0, "{strategy}");
+            if strategy.has_centre() {
+                // A reply may tell again what the centre had learnt as state before the request came.
+                continue;
+            }
+            assert_eq!(lossy.applied, lossy.needed, "{strategy} at {permille}");
+            let repeats = lossy.played.recovered.repeats;
+            assert!(repeats >= before, "{strategy} at {permille}: {repeats} after {before}");
+            before = repeats;
+        }
+    }
+}
+
+#[test]
+fn what_a_ring_no_longer_holds_is_given_up_and_told_as_state() {
+    let mut case = Case::of(2, StrategyKind::Boundary);
+    let (fact, writer) = (FactId(0), case.scene.sharers[0][0]);
+    let writes =
+        (0..1_500).map(|number| TraceRecord::write(number * 10_000, fact, number % 2 == 0));
+    case.scene.trace[writer as usize] = writes.collect();
+    let what = What::Partition(1 << writer);
+    case.faults = vec![Fault { at_ns: 0, lasts_ns: 18_000_000, what }];
+    let played = case.play(&mut Stage::default(), None).expect("laws hold");
+    assert!(played.recovered.given_up > 0 && played.recovered.learnt > 0, "{played:?}");
+}
+
+#[test]
+fn a_merge_that_goes_back_or_invents_is_found() {
+    let (craft, fact) = (CraftId(1), FactId(0));
+    let state = |count, value| FactState { value, version: Version { count, writer: CraftId(0) } };
+    let mut laws = Laws::of(2, 1);
+    for (count, value) in [(1, Value::Asserted), (2, Value::Absent)] {
+        laws.write(CraftId(0), fact, state(count, value)).expect("versions of its own");
+    }
+    assert_eq!(laws.look(craft, fact, state(2, Value::Absent)), Ok(()));
+    // A merge that keeps the smaller version.
+    let back = laws.look(craft, fact, state(1, Value::Asserted));
+    assert!(matches!(back, Err(Violation::WentBack { .. })), "{back:?}");
+    // A merge that takes the version and not the value, and a life that gives out a version again.
+    let invented = laws.look(craft, fact, state(3, Value::Asserted));
+    assert!(matches!(invented, Err(Violation::Invented { .. })), "{invented:?}");
+    let twice = laws.write(CraftId(0), fact, state(2, Value::Asserted));
+    assert!(matches!(twice, Err(Violation::Invented { .. })), "{twice:?}");
+    laws.begin_life(craft);
+    assert_eq!(
+        laws.look(craft, fact, state(1, Value::Asserted)),
+        Ok(()),
+        "a new life knows nothing"
+    );
 }
