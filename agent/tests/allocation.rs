@@ -199,7 +199,7 @@ fn core_that_recovers_allocates_nothing_per_delta_once_its_ring_is_full() {
     for strategy in [StrategyKind::Full, StrategyKind::Boundary, StrategyKind::Central] {
         let spec = EpochSpec { recovery, turns_max: 2_000, ..spec(strategy) };
         let mut fleet = Fleet::new(&spec, &view);
-        let warm_up = CraftId::from_index(shared_types::limits::RING_SAMPLES + 1).0;
+        let warm_up = CraftId::from_index(shared_types::limits::RING_SAMPLES + 600).0;
         for turn in 0..warm_up {
             fleet.turn(turn, &view);
         }

@@ -242,7 +242,11 @@ impl Craft {
     ) -> Result<(), Refusal> {
         let asker = CraftId(asked.source);
         let facts = asked.firing_number..asked.turn;
-        if asker.0 > fleet.craft_count() || facts.len() > self.facts_per_question() as usize {
+        let is_served = match &self.role {
+            Role::Open(_) | Role::OpenCentre(_) => asker.0 < fleet.craft_count(),
+            _ => asker.0 == fleet.craft_count(),
+        };
+        if !is_served || facts.len() > self.facts_per_question() as usize {
             return Err(Refusal::Record);
         }
         let mut header =

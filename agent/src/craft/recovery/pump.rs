@@ -92,7 +92,7 @@ impl Recovery {
     /// `count` samples of `craft` will not come any more: everybody is asked for the state.
     fn give_up(&mut self, craft: CraftId, count: u64) {
         if count > 0 {
-            self.counted.given_up += count;
+            self.counted.given_up = self.counted.given_up.saturating_add(count);
             self.given_up.push(craft);
             self.ask_everybody(self.now);
         }
@@ -158,7 +158,7 @@ impl Recovery {
                 .into_iter()
                 .flat_map(|service| endpoint.numbers(service).missing(craft.0).collect::<Vec<_>>())
                 .map(|range| range.end - range.start)
-                .sum();
+                .fold(0, u64::saturating_add);
             if missing == 0 || peer.is_joining {
                 peer.missing.stop();
             } else {
@@ -172,7 +172,7 @@ impl Recovery {
                     let given_up = Numbered::ALL
                         .into_iter()
                         .map(|service| endpoint.numbers(service).give_up(craft.0, u64::MAX))
-                        .sum();
+                        .fold(0, u64::saturating_add);
                     self.give_up(craft, given_up);
                 }
             }
