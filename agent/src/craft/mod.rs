@@ -33,8 +33,7 @@ use shared_types::knowledge::{Change, FleetView};
 use shared_types::time::Nanos;
 use shared_types::transport::Peers;
 use shared_types::wire::{
-    Class, DeltaReader, EpochSpec, Header, Kind, Refusal, TrialReport, TurnCommand, TurnPhase,
-    TurnReport,
+    Class, EpochSpec, Header, Kind, Refusal, TrialReport, TurnCommand, TurnPhase, TurnReport,
 };
 
 /// Which part a process plays in an epoch.
@@ -239,7 +238,7 @@ impl Craft {
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
         if header.epoch != self.epoch {
-            self.counting.counters.losses.late += 1;
+            self.count_late(class);
             return Ok(());
         }
         if let Some(recovery) = &mut self.recovery {
@@ -380,26 +379,5 @@ impl Craft {
             }
             _ => Err(Refusal::Kind),
         }
-    }
-
-    /// Reads the records of a sample: changes in their writers' ids or, of a digest, in this board's.
-    fn read_changes<'a>(
-        &mut self,
-        header: &Header,
-        payload: &'a [u8],
-        fleet: &FleetView<'_>,
-        is_digest: bool,
-    ) -> Result<DeltaReader<'a>, Refusal> {
-        let reader = DeltaReader::new(payload, header.record_count).ok_or(Refusal::Length)?;
-        self.received.clear();
-        for change in reader.changes() {
-            let change = change.ok_or(Refusal::Record)?;
-            let writer = fleet.boards.get(change.version.writer.index()).ok_or(Refusal::Record)?;
-            if !is_digest && change.fact.0 >= writer.fact_count {
-                return Err(Refusal::Record);
-            }
-            self.received.push(change);
-        }
-        Ok(reader)
     }
 }

@@ -13,8 +13,8 @@ use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::{Destination, Peers};
 use shared_types::wire::{
-    Class, Counters, DELTA_BYTES, EpochSpec, Header, INTENDED_BYTES, Kind, MembershipChange,
-    Refusal,
+    Class, Counters, DELTA_BYTES, DeltaReader, EpochSpec, Header, INTENDED_BYTES, Kind,
+    MembershipChange, Refusal,
 };
 use std::ops::Range;
 
@@ -199,6 +199,37 @@ impl Craft {
         if let Role::OpenCentre(centre) = &mut self.role {
             centre.is_caught_up = is_caught_up;
         }
+    }
+
+    /// Counts a sample of another epoch. A repeat or a receipt that comes so late was not needed any more.
+    pub(super) fn count_late(&mut self, class: Class) {
+        let counters = &mut self.counting.counters;
+        if matches!(class, Class::Repair | Class::Ack) {
+            counters.recovered.stale += 1;
+        } else {
+            counters.losses.late += 1;
+        }
+    }
+
+    /// Reads the records of a sample: changes in their writers' ids or, of a digest, in this board's.
+    pub(super) fn read_changes<'a>(
+        &mut self,
+        header: &Header,
+        payload: &'a [u8],
+        fleet: &FleetView<'_>,
+        is_digest: bool,
+    ) -> Result<DeltaReader<'a>, Refusal> {
+        let reader = DeltaReader::new(payload, header.record_count).ok_or(Refusal::Length)?;
+        self.received.clear();
+        for change in reader.changes() {
+            let change = change.ok_or(Refusal::Record)?;
+            let writer = fleet.boards.get(change.version.writer.index()).ok_or(Refusal::Record)?;
+            if !is_digest && change.fact.0 >= writer.fact_count {
+                return Err(Refusal::Record);
+            }
+            self.received.push(change);
+        }
+        Ok(reader)
     }
 
     /// Starts a conversation again whose sample was given up.

@@ -20,9 +20,9 @@ mod pictures;
 mod power_cut;
 mod restarts;
 mod resume;
-mod simulated;
 #[path = "../support/mod.rs"]
 mod shared;
+mod simulated;
 mod sweep;
 mod terminal;
 mod thinking;

@@ -222,7 +222,9 @@ impl Recovery {
             }
         }
         let unicast = endpoint.next_number(Destination::Craft(craft));
-        let multicast = endpoint.next_number(Destination::Multicast);
+        // Who listens to no multicasts in this epoch has missed none of an earlier one's.
+        let multicast =
+            if self.multicasts { endpoint.next_number(Destination::Multicast) } else { 0 };
         let receipt = Receipt {
             life: peer.life,
             asks: u32::from(asks),

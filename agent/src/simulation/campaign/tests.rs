@@ -190,6 +190,10 @@ impl Endpoint for Buggy {
         numbers
     }
 
+    fn holds_back(&self, to: Destination) -> bool {
+        self.endpoint.holds_back(to)
+    }
+
     fn discard(&mut self, craft: CraftId) -> usize {
         self.endpoint.discard(craft)
     }
