@@ -5,5 +5,5 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-cargo build --release --locked --workspace --bins
+cargo build --release --locked -p slateswarm -p slateswarm-benches --bin slateswarm --bin soak
 exec "${CARGO_TARGET_DIR:-target}/release/soak" "$@"
