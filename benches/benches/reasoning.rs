@@ -1,15 +1,18 @@
 //! Pruners and solvers on the random networks of the published tables, each fast form beside the loops
-//! that it is held against, and how the cost of either grows with the network.
+//! that it is held against; an assertion with its rule updates; the mission network of a million cells.
 
+use agent::blackboard::Blackboard;
+use agent::blackboard::grid::GridBoard;
 use agent::reasoning::Kept;
 use agent::reasoning::best_path::{Combine, Costs, Repair, Solver, sweep};
 use agent::reasoning::prune::sound::Sound;
 use agent::reasoning::prune::{Kinds, published, reference};
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use orchestrator::networks::draw;
 use orchestrator::results::networks::Condition;
-use shared_types::ids::FactId;
-use shared_types::knowledge::{BoardNetwork, Literal};
+use shared_types::ids::{CraftId, FactId};
+use shared_types::knowledge::grid::Grid;
+use shared_types::knowledge::{BoardNetwork, Literal, Value};
 use shared_types::rng::{Purpose, Stream};
 use std::hint::black_box;
 
@@ -94,31 +97,71 @@ fn solvers(criterion: &mut Criterion) {
     }
 }
 
-fn growth(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("growth with edges");
-    group.sample_size(10);
-    for thousands in [1, 10, 100, 1000] {
-        let size = thousands * 250;
-        let condition = Condition { rules: size, facts: size, actions: size, ..Condition::BASE };
-        let board = network(condition);
+/// Facts that `readers` rules read, asserted and de-asserted in turn.
+fn assertions(criterion: &mut Criterion) {
+    const FACTS: u32 = 256;
+    let mut group = criterion.benchmark_group("assertion");
+    for readers in [0_u32, 1, 4, 16, 64] {
+        let mut board = BoardNetwork { fact_count: FACTS, ..BoardNetwork::default() };
+        for rule in 0..FACTS * readers {
+            // A second premise that never holds keeps the agenda out of it.
+            let premises = [rule % FACTS, (rule + 1) % FACTS];
+            board.premises.push_row(premises.map(|fact| Literal::holds(FactId(fact)).0));
+            board.outputs.push_row([]);
+            board.queues.push_row([]);
+        }
+        (0..FACTS).for_each(|_| board.links.push_row([]));
+        board.index_readers();
         let view = board.view();
-        let edges = board.premises.view().item_count()
-            + board.outputs.view().item_count()
-            + board.queues.view().item_count()
-            + board.action_outputs.view().item_count();
-        let known = known(&board);
-        let costs = Costs::uniform(&view, Combine::Sum);
-        group.throughput(Throughput::Elements(edges as u64));
-        group.bench_with_input(BenchmarkId::new("prune", edges), &view, |bencher, view| {
-            bencher.iter(|| published::prune(view, Kinds::ALL));
-        });
-        let mut solver = Solver::default();
-        group.bench_with_input(BenchmarkId::new("best path", edges), &view, |bencher, view| {
-            bencher.iter(|| solver.solve(view, &costs, None, known.iter().copied(), None));
+        let mut state = Blackboard::default();
+        state.reset(&view);
+        let mut next = 0_u32;
+        // Every fact is read by two rules for each that names it first.
+        group.bench_function(BenchmarkId::new("readers", 2 * readers), |bencher| {
+            bencher.iter(|| {
+                let fact = FactId(next % FACTS);
+                let literal = if (next / FACTS).is_multiple_of(2) {
+                    Literal::holds(fact)
+                } else {
+                    Literal::is_absent(fact)
+                };
+                next = next.wrapping_add(1);
+                state.write(&view, CraftId(0), black_box(literal))
+            });
         });
     }
     group.finish();
 }
 
-criterion_group!(benches, pruners, solvers, growth);
+/// The mission network of six million facts, as a rule family.
+fn grids(criterion: &mut Criterion) {
+    const SIDE: u32 = 1000;
+    let mut group = criterion.benchmark_group("grid 1000 x 1000");
+    group.sample_size(10);
+    let grid = || Grid::new(SIDE, SIDE, 100, 5).expect("invariant: the published grid");
+    group.bench_function("ready", |bencher| {
+        bencher.iter(|| GridBoard::new(black_box(grid())));
+    });
+    let observations: Vec<FactId> = {
+        let mut stream = Stream::new(1, 0, Purpose::Test, 0);
+        (0..1_000_000)
+            .map(|_| grid().condition(stream.below(SIDE * SIDE), 1 + stream.below(6)))
+            .collect()
+    };
+    group.throughput(Throughput::Elements(observations.len() as u64));
+    group.bench_function("a million observations", |bencher| {
+        bencher.iter_batched_ref(
+            || GridBoard::new(grid()),
+            |board| {
+                for &fact in &observations {
+                    black_box(board.write(fact, Value::Asserted));
+                }
+            },
+            BatchSize::PerIteration,
+        );
+    });
+    group.finish();
+}
+
+criterion_group!(benches, pruners, solvers, assertions, grids);
 criterion_main!(benches);

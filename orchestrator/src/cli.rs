@@ -5,10 +5,12 @@
 mod campaign;
 mod explain;
 mod simulate;
+mod solve;
 
 pub use campaign::CampaignArguments;
 pub use explain::ExplainArguments;
 pub use simulate::SimulateArguments;
+pub use solve::SolveArguments;
 
 use crate::report::networks::PUBLISHED_NETWORKS;
 use crate::scenario::nearest;
@@ -284,31 +286,6 @@ pub struct ScenarioArguments {
     /// Sets any key of the scenario: `--set run.turns=50`.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-}
-
-/// `solve`.
-#[derive(Clone, Debug, Args)]
-pub struct SolveArguments {
-    /// A mission file, or the name of a preset.
-    pub scenario: String,
-    /// Sets any key of the scenario: `--set fleet.crafts=3`.
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
-    /// Seed of everything that is drawn.
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
-    /// Trial of the seed, for networks that are drawn.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub trial: u32,
-    /// Cost of telling another craft a fact; a rule and an action cost 1 each.
-    #[arg(long, value_name = "COST", default_value_t = 1.0)]
-    pub telling: f64,
-    /// Premises are worked for side by side: the dearest counts, not their sum.
-    #[arg(long)]
-    pub parallel: bool,
-    /// Prints every final fact.
-    #[arg(long)]
-    pub all: bool,
 }
 
 /// `record`.

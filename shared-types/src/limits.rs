@@ -23,6 +23,12 @@ pub const COST_MIN: f64 = 0.001;
 /// Largest cost of a rule or action.
 pub const COST_MAX: f64 = 1e6;
 
+/// Least likelihood that an action brings about what it presumes.
+pub const LIKELIHOOD_MIN: f64 = 0.001;
+
+/// Most turns that an action takes.
+pub const DURATION_TURNS_MAX: u32 = 1_000_000;
+
 /// Facts, rules, actions and links of all boards together above which crafts do not plan: each of them
 /// keeps the least cost of every fact of the fleet.
 pub const PLANNED_ITEMS_MAX: u64 = 100_000;

@@ -11,7 +11,7 @@ mod subject;
 #[cfg(test)]
 mod tests;
 
-pub use subject::{Subject, SubjectError, Thing};
+pub use subject::{Subject, SubjectError, Thing, find};
 
 use crate::report::explain::{Explanation, Lack, Step};
 use crate::scenario::{NameTable, ResolvedScenario, compile};

@@ -38,12 +38,11 @@ pub enum SubjectError {
     Unknown(String, String, String),
 }
 
-/// What `name` means.
-pub(super) fn find(
-    name: &str,
-    names: &NameTable,
-    fleet: &FleetView<'_>,
-) -> Result<Subject, SubjectError> {
+/// What `name` (`CRAFT.NAME`) means on the boards of `fleet`.
+///
+/// # Errors
+/// If there is no such craft, or nothing of that name on its board.
+pub fn find(name: &str, names: &NameTable, fleet: &FleetView<'_>) -> Result<Subject, SubjectError> {
     let crafts: Vec<CraftId> = (0..fleet.craft_count()).map(CraftId).collect();
     let first = names.craft(CraftId(0)).to_owned();
     let split = name.find(['.', ':']).map(|at| (&name[..at], name[at + 1..].trim()));

@@ -32,6 +32,26 @@ pub struct Step {
     pub tells: Option<String>,
 }
 
+/// Another way to the same goal.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Way {
+    /// What it costs.
+    pub cost: f64,
+    /// What to do.
+    pub steps: Vec<Step>,
+}
+
+/// An outcome of the plan's actions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Likely {
+    /// How likely it is.
+    pub likelihood: f64,
+    /// Actions that do not bring about what they presume.
+    pub failing: Vec<String>,
+    /// What the goal costs where these cannot succeed; absent if it is out of reach then.
+    pub cost: Option<f64>,
+}
+
 /// What `solve` found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Solution {
@@ -45,10 +65,18 @@ pub struct Solution {
     pub cost: Option<f64>,
     /// Cost of its steps when each is run once.
     pub cost_once: Option<f64>,
+    /// Turns that it takes when every craft does its steps in their order.
+    pub turns: Option<u32>,
     /// What to do, in an order in which it can be done.
     pub steps: Vec<Step>,
     /// What must hold already.
     pub rests_on: Vec<String>,
+    /// What was taken to be known absent.
+    pub absent: Vec<String>,
+    /// Further ways, the cheapest first.
+    pub ways: Vec<Way>,
+    /// Outcomes of the plan's actions, the likeliest first.
+    pub outcomes: Vec<Likely>,
     /// Facts, rules, actions and links that some way to some goal can need.
     pub kept: [usize; 4],
     /// How many there are.
@@ -70,9 +98,14 @@ impl Report for Solution {
                         self.combine
                     ),
                 );
+                if let Some(turns) = self.turns {
+                    text +=
+                        &wrap("time   ", &format!("{turns} turns, every craft its steps in order"));
+                }
                 text += &wrap("rests  ", &format!("on {}", self.rests_on.join(", ")));
                 text += "\n";
-                text += &self.steps_table();
+                text += &steps_table(&self.steps);
+                text += &self.alternatives();
             }
             _ => text += "no final fact can be reached from what holds at the start\n",
         }
@@ -122,26 +155,53 @@ impl Report for Solution {
 }
 
 impl Solution {
-    /// One line a step, aligned to the left: sentences, not numbers.
-    fn steps_table(&self) -> String {
-        let longest = self.steps.iter().map(|step| step.craft.chars().count()).max();
-        let width = longest.unwrap_or(0).min(CRAFT_WIDTH);
-        let line = |(number, step): (usize, &Step)| {
-            let does = match &step.tells {
-                Some(craft) => format!("tells {craft} {}", step.runs),
-                None if step.actions.is_empty() => step.runs.clone(),
-                None => format!("{} -> {}", step.runs, step.actions.join(", ")),
+    /// Further ways, each by what it does that the best does not, and outcomes.
+    fn alternatives(&self) -> String {
+        let mut text = String::new();
+        for (number, way) in (2..).zip(&self.ways) {
+            let others: Vec<Step> =
+                way.steps.iter().filter(|step| !self.steps.contains(step)).cloned().collect();
+            let cost = exact(Some(way.cost), 1);
+            text += &format!("\nway {number}, cost {cost}; besides steps of the first:\n");
+            text += &steps_table(&others);
+        }
+        if !self.outcomes.is_empty() {
+            text += "\nlikely  outcome, and what the goal costs where that is for good\n";
+        }
+        for outcome in &self.outcomes {
+            let what = if outcome.failing.is_empty() {
+                "every action does what it presumes".to_owned()
+            } else {
+                format!("without {}", outcome.failing.join(", "))
             };
-            let craft = clip(&step.craft, width);
-            clip(&format!("{number:>4}  {craft:<width$}  {does}"), WIDTH) + "\n"
-        };
-        (1..).zip(&self.steps).map(line).collect()
+            let cost =
+                outcome.cost.map_or_else(|| "out of reach".to_owned(), |cost| exact(Some(cost), 1));
+            let lead = format!("{:>6}  ", exact(Some(outcome.likelihood), 3));
+            text += &wrap(&lead, &format!("{what}: {cost}"));
+        }
+        text
     }
+}
+
+/// One line a step, aligned to the left: sentences, not numbers.
+fn steps_table(steps: &[Step]) -> String {
+    let longest = steps.iter().map(|step| step.craft.chars().count()).max();
+    let width = longest.unwrap_or(0).min(CRAFT_WIDTH);
+    let line = |(number, step): (usize, &Step)| {
+        let does = match &step.tells {
+            Some(craft) => format!("tells {craft} {}", step.runs),
+            None if step.actions.is_empty() => step.runs.clone(),
+            None => format!("{} -> {}", step.runs, step.actions.join(", ")),
+        };
+        let craft = clip(&step.craft, width);
+        clip(&format!("{number:>4}  {craft:<width$}  {does}"), WIDTH) + "\n"
+    };
+    (1..).zip(steps).map(line).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Goal, Solution, Step};
+    use super::{Goal, Likely, Solution, Step, Way};
     use crate::report::{Look, Report};
 
     fn solution() -> Solution {
@@ -168,7 +228,22 @@ mod tests {
                     tells: Some("b".to_owned()),
                 },
             ],
+            turns: Some(2),
             rests_on: vec!["a: in-orbit".to_owned()],
+            absent: Vec::new(),
+            ways: vec![Way {
+                cost: 9.0,
+                steps: vec![Step {
+                    craft: "b".to_owned(),
+                    runs: "guess".to_owned(),
+                    actions: Vec::new(),
+                    tells: None,
+                }],
+            }],
+            outcomes: vec![
+                Likely { likelihood: 0.8, failing: Vec::new(), cost: Some(4.0) },
+                Likely { likelihood: 0.2, failing: vec!["a: take-image".to_owned()], cost: None },
+            ],
             kept: [3, 1, 1, 1],
             of: [4, 2, 1, 2],
         }
@@ -177,7 +252,18 @@ mod tests {
     #[test]
     fn a_plan_reads_from_top_to_bottom_within_80_columns() {
         let text = solution().table(Look::default());
-        for part in ["goal   b: seen", "4.0 (sum", "3.0 if each", "look -> take-image", "tells b"] {
+        for part in [
+            "goal   b: seen",
+            "4.0 (sum",
+            "3.0 if each",
+            "look -> take-image",
+            "tells b",
+            "2 turns",
+            "way 2, cost 9.0",
+            "guess",
+            "0.800  every action",
+            "without a: take-image: out of reach",
+        ] {
             assert!(text.contains(part), "{part}: {text}");
         }
         assert!(text.contains("a: lost: unreachable"), "{text}");

@@ -147,7 +147,10 @@ impl BoardDraft {
         self.action_ids.insert(entry.name.clone(), action);
         self.names.actions.push(entry.name.clone());
         self.note_outputs(&outputs);
-        let (repeats, cost) = (entry.repeat, entry.cost);
+        // What it costs until it succeeds, on average.
+        let expected = |likelihood: f64| entry.cost.unwrap_or(1.0) / likelihood;
+        let cost = entry.likelihood.map_or(entry.cost, |likelihood| Some(expected(likelihood)));
+        let repeats = entry.repeat;
         self.actions.push(ActionDraft { entry: index, outputs, repeats, cost });
     }
 

@@ -10,12 +10,14 @@
 use super::draft::{BoardDraft, Shared};
 use super::error::{Finding, Place, place};
 use super::fleet::{Craft, check_name, ids_by_name, unknown_craft};
+use super::levels::{self, Levels, Text, Threshold};
 use super::nearest::{nearest, suggestion};
-use super::validate::{check_cost, check_outputs};
+use super::validate::{check_action, check_cost, check_outputs};
 use shared_types::ids::{ActionId, CraftId, FactId};
 use shared_types::knowledge::Literal;
 use shared_types::limits::PREMISES_MAX;
 use shared_types::scenario::{OneOrMany, Scenario, Tier};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Boards and shared facts of a written-out mission, in ids.
@@ -26,6 +28,7 @@ pub(super) fn draft(
     let mut drafting = Drafting {
         scenario,
         crafts,
+        levels: Levels::of(scenario)?,
         ids: ids_by_name(crafts),
         boards: crafts.iter().map(|_| BoardDraft::default()).collect(),
         shared: Vec::new(),
@@ -46,19 +49,25 @@ pub(super) fn draft(
 pub(super) struct Drafting<'s> {
     pub(super) scenario: &'s Scenario,
     pub(super) crafts: &'s [Craft],
+    pub(super) levels: Levels<'s>,
     ids: BTreeMap<&'s str, CraftId>,
     pub(super) boards: Vec<BoardDraft>,
     pub(super) shared: Vec<Shared>,
 }
 
-/// A fact's name and whether it is negated.
-pub(super) fn parse_fact<'f>(text: &'f str, place: &Place) -> Result<(&'f str, bool), Finding> {
-    let (name, is_negated) = match text.strip_prefix('!') {
-        Some(name) => (name.trim_start(), true),
-        None => (text, false),
-    };
-    check_name(name, "fact").map_err(|finding| Finding { place: place.clone(), ..finding })?;
-    Ok((name, is_negated))
+/// A fact's name and whether it is negated; a comparison of a level is a fact as well.
+pub(super) fn parse_fact<'f>(
+    text: &'f str,
+    place: &Place,
+) -> Result<(Cow<'f, str>, bool), Finding> {
+    match levels::parse(text, place)? {
+        Text::Fact(name, is_negated) => Ok((Cow::Borrowed(name), is_negated)),
+        Text::Threshold(threshold) => Ok((Cow::Owned(threshold.name()), false)),
+        Text::Set(level, value) => {
+            Err(Finding::at(place.clone(), format!("`{text}` sets a level and asks nothing"))
+                .help(format!("compare it: `{level} >= {value}`")))
+        }
+    }
 }
 
 fn literal(fact: FactId, is_negated: bool) -> Literal {
@@ -70,6 +79,16 @@ impl Drafting<'_> {
         for (index, entry) in self.scenario.craft.iter().enumerate() {
             for (position, text) in entry.initial.iter().enumerate() {
                 let place = place!["craft", index, "initial", position];
+                if let Text::Set(level, value) = levels::parse(text, &place)? {
+                    for (name, is_false) in self.levels.written(level, value, &place)? {
+                        let board = &mut self.boards[index];
+                        let fact = board.fact(&name);
+                        if !is_false {
+                            board.start_with(fact);
+                        }
+                    }
+                    continue;
+                }
                 let (name, is_negated) = parse_fact(text, &place)?;
                 if is_negated {
                     return Err(Finding::at(place, format!("`{text}` cannot stand in `initial`"))
@@ -78,7 +97,7 @@ impl Drafting<'_> {
                         ));
                 }
                 let board = &mut self.boards[index];
-                let fact = board.fact(name);
+                let fact = board.fact(&name);
                 board.start_with(fact);
             }
         }
@@ -138,21 +157,35 @@ impl Drafting<'_> {
         }
     }
 
-    /// Parses a list of facts in which each may stand once.
+    /// Parses a list of facts in which each may stand once. Where the list `sets`, levels take values
+    /// in it, else they are compared.
     fn facts_of<'e>(
         &self,
         texts: &'e [String],
         place: &Place,
-    ) -> Result<Vec<(&'e str, bool)>, Finding> {
-        let mut facts: Vec<(&str, bool)> = Vec::with_capacity(texts.len());
+        sets: bool,
+    ) -> Result<Vec<(Cow<'e, str>, bool)>, Finding> {
+        let mut facts: Vec<(Cow<'e, str>, bool)> = Vec::with_capacity(texts.len());
         for (index, text) in texts.iter().enumerate() {
             let at = place.then(index);
-            let (name, is_negated) = parse_fact(text, &at)?;
-            if facts.iter().any(|&(other, _)| other == name) {
-                return Err(Finding::at(at, format!("`{name}` stands twice in this list"))
-                    .help("keep one; a fact cannot both hold and not hold"));
+            let parsed = match levels::parse(text, &at)? {
+                Text::Set(level, value) if sets => {
+                    let written = self.levels.written(level, value, &at)?.into_iter();
+                    written.map(|(name, is_false)| (Cow::Owned(name), is_false)).collect()
+                }
+                Text::Threshold(Threshold { level, bound, .. }) if sets => {
+                    return Err(Finding::at(at, format!("`{text}` compares a level"))
+                        .help(format!("say what it becomes: `{level} = {bound}`")));
+                }
+                _ => vec![parse_fact(text, &at)?],
+            };
+            for (name, is_negated) in parsed {
+                if facts.iter().any(|(other, _)| *other == name) {
+                    return Err(Finding::at(at, format!("`{name}` stands twice in this list"))
+                        .help("keep one; a fact cannot both hold and not hold"));
+                }
+                facts.push((name, is_negated));
             }
-            facts.push((name, is_negated));
         }
         check_outputs(facts.len(), self.scenario.replication.record_bytes, place)?;
         Ok(facts)
@@ -164,7 +197,8 @@ impl Drafting<'_> {
             check_name(&entry.name, "action")
                 .map_err(|finding| Finding { place: place.then("name"), ..finding })?;
             check_cost(entry.cost, &place)?;
-            let outputs = self.facts_of(&entry.then, &place.then("then"))?;
+            check_action(entry, &place)?;
+            let outputs = self.facts_of(&entry.then, &place.then("then"), true)?;
             if outputs.is_empty() {
                 return Err(Finding::at(place.then("then"), "an action without an outcome")
                     .help("say what holds afterwards: `then = [\"photographed\"]`"));
@@ -181,7 +215,7 @@ impl Drafting<'_> {
                 let board = &mut self.boards[craft.index()];
                 let outputs: Vec<Literal> = outputs
                     .iter()
-                    .map(|&(name, negated)| literal(board.fact(name), negated))
+                    .map(|(name, negated)| literal(board.fact(name), *negated))
                     .collect();
                 board.add_action(entry, index, outputs);
             }
@@ -198,7 +232,7 @@ impl Drafting<'_> {
                     .help("say what it concludes (`then`) or what it sets going (`run`)"));
             }
             check_cost(entry.cost, &place)?;
-            let outputs = self.facts_of(&entry.then, &place.then("then"))?;
+            let outputs = self.facts_of(&entry.then, &place.then("then"), true)?;
             for craft in self.crafts_of(entry.craft.as_ref(), entry.tier, &place)? {
                 if let Some(name) = &entry.name
                     && self.boards[craft.index()].has_rule(name)
@@ -219,7 +253,7 @@ impl Drafting<'_> {
                 let board = &mut self.boards[craft.index()];
                 let outputs: Vec<Literal> = outputs
                     .iter()
-                    .map(|&(name, negated)| literal(board.fact(name), negated))
+                    .map(|(name, negated)| literal(board.fact(name), *negated))
                     .collect();
                 board.add_rule(entry, index, outputs, queued);
             }
@@ -263,11 +297,11 @@ impl Drafting<'_> {
                         format!("give 1 to {PREMISES_MAX}; what always holds is `initial`"),
                     ));
                 }
-                let facts = self.facts_of(&entry.r#if, &place)?;
+                let facts = self.facts_of(&entry.r#if, &place, false)?;
                 let mut premises = Vec::with_capacity(facts.len());
                 for (position, (name, is_negated)) in facts.into_iter().enumerate() {
                     let at = place.then(position);
-                    let fact = self.reachable_fact(craft, name, is_negated, &at)?;
+                    let fact = self.reachable_fact(craft, &name, is_negated, &at)?;
                     premises.push(literal(fact, is_negated));
                 }
                 self.boards[index].set_premises(rule, premises);
@@ -285,7 +319,7 @@ impl Drafting<'_> {
                     return Err(Finding::at(place, format!("`{text}` cannot be final"))
                         .help("a final fact completes the mission when it is asserted"));
                 }
-                let fact = self.reachable_fact(CraftId::from_index(index), name, false, &place)?;
+                let fact = self.reachable_fact(CraftId::from_index(index), &name, false, &place)?;
                 if self.boards[index].starts_with(fact) {
                     return Err(Finding::at(place, format!("`{name}` holds from the start"))
                         .help("a final fact is asserted in the course of the mission"));

@@ -14,6 +14,7 @@ mod explain;
 mod flags;
 mod fleet;
 pub mod generate;
+mod levels;
 mod load;
 mod mission;
 mod names;

@@ -12,10 +12,10 @@ use super::reach::Reached;
 use super::simulated_link::recovery;
 use super::thinking;
 use super::validate;
-use shared_types::ids::CraftId;
+use shared_types::ids::{ActionId, CraftId};
 use shared_types::knowledge::{BoardNetwork, Topology};
 use shared_types::scenario::{
-    CraftCount, OneOrMany, Restart, RunMode, Scenario, SendPolicy, Trace,
+    ActionEntry, CraftCount, OneOrMany, Restart, RunMode, Scenario, SendPolicy, Trace,
 };
 use shared_types::wire::{EpochSpec, StrategyKind};
 
@@ -29,6 +29,7 @@ pub struct ResolvedScenario {
     links: LinkTable,
     boards: Vec<BoardNetwork>,
     names: NameTable,
+    entries: Vec<Entries>,
     notices: Vec<String>,
     /// What is odd about the mission, until its places are known.
     flags: Vec<Finding>,
@@ -73,7 +74,18 @@ impl ResolvedScenario {
         }
         scenario.topology.tree = Some(fleet::tree(&scenario));
         scenario.replication.strategies = Some(OneOrMany(strategies.clone()));
-        Ok(Self { scenario, crafts, topology, strategies, links, boards, names, notices, flags })
+        Ok(Self {
+            scenario,
+            crafts,
+            topology,
+            strategies,
+            links,
+            boards,
+            names,
+            entries,
+            notices,
+            flags,
+        })
     }
 
     /// Puts what is odd about the mission behind the other notices, at the places that `placed` gives.
@@ -161,6 +173,13 @@ impl ResolvedScenario {
     #[must_use]
     pub const fn topology(&self) -> &Topology {
         &self.topology
+    }
+
+    /// What the mission says of an action of `craft`; `None` for generated networks.
+    #[must_use]
+    pub fn action_entry(&self, craft: CraftId, action: ActionId) -> Option<&ActionEntry> {
+        let entries = self.entries.get(craft.index())?;
+        self.scenario.action.get(*entries.actions.get(action.index())?)
     }
 
     /// What ids are called.

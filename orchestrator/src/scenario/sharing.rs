@@ -10,11 +10,15 @@ use super::mission::{Drafting, parse_fact};
 use shared_types::ids::CraftId;
 use shared_types::limits::SHARED_LINKS_MAX;
 use shared_types::scenario::BoundaryEntry;
+use std::borrow::Cow;
 
 /// Links of a fact that so many crafts share.
 const fn link_count(sharers: usize) -> u64 {
     sharers as u64 * (sharers as u64).saturating_sub(1)
 }
+
+/// A craft, its name for a fact that it shares, and where that stands.
+type Sharer<'e> = (CraftId, Cow<'e, str>, Place);
 
 impl Drafting<'_> {
     /// Turns one `[[boundary]]` into a shared fact.
@@ -45,8 +49,24 @@ impl Drafting<'_> {
                 .help("name every craft that shares it; a fact of one craft needs no [[boundary]]")
                 .label("nobody to share with"));
         }
+        // A level is shared as all comparisons with it.
+        let thresholds = entry.fact.as_ref().map_or_else(Vec::new, |fact| self.levels.facts(fact));
+        if thresholds.is_empty() {
+            return self.share(&named, None, place);
+        }
+        thresholds.iter().try_for_each(|threshold| self.share(&named, Some(threshold), place))
+    }
+
+    /// Makes one shared fact of what `named` calls its own name for it or, for a level, of `threshold`.
+    fn share(
+        &mut self,
+        named: &[Sharer<'_>],
+        threshold: Option<&str>,
+        place: &Place,
+    ) -> Result<(), Finding> {
         let mut sharers = Vec::with_capacity(named.len());
         for (craft, name, at) in named {
+            let (craft, name) = (*craft, threshold.unwrap_or(name));
             let board = &mut self.boards[craft.index()];
             let fact = board.fact(name);
             if let Err(other) = board.share(fact, self.shared.len()) {
@@ -56,7 +76,7 @@ impl Drafting<'_> {
                 } else {
                     format!("`{who}` already shares `{name}` by boundary {other} (counted from 0)")
                 };
-                return Err(Finding::at(at, message)
+                return Err(Finding::at(at.clone(), message)
                     .help("list all sharers of a fact once, in one [[boundary]]"));
             }
             sharers.push((craft, fact));
@@ -80,7 +100,7 @@ impl Drafting<'_> {
         fact: &'e str,
         crafts: Option<&[String]>,
         place: &Place,
-    ) -> Result<Vec<(CraftId, &'e str, Place)>, Finding> {
+    ) -> Result<Vec<Sharer<'e>>, Finding> {
         let at = place.then("fact");
         let (name, is_negated) = parse_fact(fact, &at)?;
         if is_negated {
@@ -89,12 +109,12 @@ impl Drafting<'_> {
         }
         let Some(crafts) = crafts else {
             return Ok((0..self.crafts.len())
-                .map(|index| (CraftId::from_index(index), name, place.then("fact")))
+                .map(|index| (CraftId::from_index(index), name.clone(), place.then("fact")))
                 .collect());
         };
         let at = place.then("crafts");
         let sharer = |(index, craft): (usize, &String)| {
-            Ok((self.craft_id(craft, &at.then(index))?, name, at.then(index)))
+            Ok((self.craft_id(craft, &at.then(index))?, name.clone(), at.then(index)))
         };
         crafts.iter().enumerate().map(sharer).collect()
     }
@@ -103,7 +123,7 @@ impl Drafting<'_> {
         &self,
         link: &'e [String],
         place: &Place,
-    ) -> Result<Vec<(CraftId, &'e str, Place)>, Finding> {
+    ) -> Result<Vec<Sharer<'e>>, Finding> {
         let sharer = |(index, text): (usize, &'e String)| {
             let at = place.then("link").then(index);
             let Some((craft, fact)) = text.split_once('.') else {
@@ -115,6 +135,10 @@ impl Drafting<'_> {
             if is_negated {
                 return Err(Finding::at(at, "a boundary fact is named without `!`")
                     .help(format!("write `{fact}`")));
+            }
+            if !self.levels.facts(&fact).is_empty() {
+                return Err(Finding::at(at, format!("`{fact}` is a level"))
+                    .help(format!("a level has one name on all crafts: `fact = \"{fact}\"`")));
             }
             Ok((craft, fact, at))
         };

@@ -11,12 +11,12 @@ use super::nearest::listing;
 use super::offer;
 use shared_types::limits::{
     BANDWIDTH_BITS_PER_S_MAX, BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, COST_MAX,
-    COST_MIN, DELAY_MS_MAX, INBOX_PAYLOAD_BYTES, LOSS_MAX, PREMISES_MAX, RANGE_M_MAX,
-    REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, RESTART_WINDOW_S_MAX, SHARED_LINKS_MAX,
-    SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
+    COST_MIN, DELAY_MS_MAX, DURATION_TURNS_MAX, INBOX_PAYLOAD_BYTES, LIKELIHOOD_MIN, LOSS_MAX,
+    PREMISES_MAX, RANGE_M_MAX, REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, RESTART_WINDOW_S_MAX,
+    SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
 };
 use shared_types::scenario::{
-    GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, Restart, Scenario,
+    ActionEntry, GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, Restart, Scenario,
 };
 use shared_types::wire::StrategyKind;
 
@@ -124,6 +124,31 @@ pub(super) fn check_cost(cost: Option<f64>, entry: &Place) -> Result<(), Finding
         }
         _ => Ok(()),
     }
+}
+
+/// Whether likelihood and duration of the action at `place` are ones.
+pub(super) fn check_action(entry: &ActionEntry, place: &Place) -> Result<(), Finding> {
+    if let Some(likelihood) = entry.likelihood
+        && !(LIKELIHOOD_MIN..=1.0).contains(&likelihood)
+    {
+        return Err(Finding::at(
+            place.then("likelihood"),
+            format!("a likelihood of {likelihood} is impossible"),
+        )
+        .help(format!("use {LIKELIHOOD_MIN} to 1; what never happens needs no action"))
+        .label("out of bounds"));
+    }
+    if let Some(duration) = entry.duration
+        && !(1..=DURATION_TURNS_MAX).contains(&duration)
+    {
+        return Err(Finding::at(
+            place.then("duration"),
+            format!("a duration of {duration} turns is impossible"),
+        )
+        .help(format!("use 1 to {DURATION_TURNS_MAX}"))
+        .label("out of bounds"));
+    }
+    Ok(())
 }
 
 fn check_link(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {

@@ -96,3 +96,87 @@ fn a_finished_run_is_explained_from_its_directory() {
     assert!(other.stderr.contains("did you mean"), "{other}");
     place.run(&["explain", "nowhere"]).expect_code(2);
 }
+
+const ROVER: &str = r#"[[craft]]
+name = "rover"
+initial = ["on", "battery = 80"]
+final = ["sample-held"]
+
+[[craft]]
+name = "drone"
+initial = ["airborne"]
+
+[[boundary]]
+fact = "rock-seen"
+
+[[rule]]
+craft = "rover"
+if = ["on", "battery >= 50"]
+run = ["look-around"]
+
+[[action]]
+craft = "rover"
+name = "look-around"
+then = ["rock-seen", "battery = 40"]
+cost = 4
+likelihood = 0.8
+duration = 3
+
+[[rule]]
+craft = "drone"
+if = ["airborne"]
+run = ["fly-over"]
+
+[[action]]
+craft = "drone"
+name = "fly-over"
+then = ["rock-seen"]
+cost = 1.8
+likelihood = 0.9
+duration = 2
+
+[[rule]]
+craft = "rover"
+if = ["rock-seen", "battery >= 30"]
+run = ["take-sample"]
+
+[[action]]
+craft = "rover"
+name = "take-sample"
+then = ["sample-held"]
+"#;
+
+#[test]
+fn a_plan_weighs_likelihoods_and_says_what_else_there_is() {
+    let place = Place::new();
+    std::fs::write(place.files().join("rover.toml"), ROVER).unwrap();
+    let solve = |words: &[&str]| -> Value {
+        let words = [&["solve", "rover.toml", "--format", "json"], words].concat();
+        serde_json::from_str(&place.run(&words).expect_code(0).stdout).unwrap()
+    };
+    let best = solve(&["--ways", "3", "--outcomes", "3"]);
+    // Rule, fly-over at 1.8 / 0.9, telling; rule, action: 1 + 2 + 1 + 1 + 1.
+    assert_eq!((&best["cost"], &best["turns"]), (&6.0.into(), &5.into()));
+    let way = &best["ways"][0];
+    assert_eq!((&way["cost"], best["ways"].as_array().unwrap().len()), (&8.0.into(), 1));
+    assert_eq!(way["steps"][0]["craft"], "rover");
+    let outcomes = best["outcomes"].as_array().unwrap();
+    assert_eq!(outcomes.len(), 2, "only one action can fail: {outcomes:?}");
+    assert_eq!((&outcomes[0]["likelihood"], &outcomes[0]["cost"]), (&0.9.into(), &6.0.into()));
+    let failing = (&outcomes[1]["failing"][0], &outcomes[1]["cost"]);
+    assert_eq!(failing, (&"drone: fly-over".into(), &8.0.into()));
+    let alone = solve(&["--absent", "drone.airborne"]);
+    assert_eq!((&alone["cost"], &alone["turns"]), (&8.0.into(), &6.into()));
+    let seen = solve(&["--known", "drone.rock-seen"]);
+    assert_eq!(seen["cost"], 2.0, "a shared fact is known to all that share it: {seen}");
+    let lost = solve(&["--absent", "rover.rock-seen"]);
+    assert_eq!(lost["cost"], Value::Null, "{lost}");
+    place.run(&["solve", "rover.toml", "--absent", "rover.sample-held"]).expect_code(2);
+    place.run(&["solve", "rover.toml", "--absent", "rover.rock"]).expect_code(2);
+    let table = place.run(&["solve", "rover.toml", "--ways", "2", "--outcomes", "2"]);
+    let table = table.expect_code(0);
+    assert!(table.stdout.lines().all(|line| line.chars().count() <= 80), "{table}");
+    // Crafts plan with the same costs, and levels are facts like others.
+    let words = ["simulate", "rover.toml", "--trials", "2", "--set", "reasoning.policy=best-path"];
+    place.run(&words).expect_code(0);
+}

@@ -23,9 +23,9 @@ pub struct RuleEntry {
     /// Gives it to all crafts of a tier, instead of naming them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tier: Option<Tier>,
-    /// Its premises; at least one.
+    /// Its premises; at least one. A fact, `!fact`, or a level compared: `battery >= 20`, `depth < 3`.
     pub r#if: Vec<String>,
-    /// The facts that it asserts or, with `!`, de-asserts.
+    /// The facts that it asserts or, with `!`, de-asserts, and what levels become: `battery = 30`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub then: Vec<String>,
     /// The actions that it queues, by name.
@@ -51,7 +51,7 @@ pub struct ActionEntry {
     /// Gives it to all crafts of a tier, instead of naming them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tier: Option<Tier>,
-    /// The facts that it asserts or, with `!`, de-asserts.
+    /// The facts that it asserts or, with `!`, de-asserts, and what levels become: `battery = 30`.
     pub then: Vec<String>,
     /// Whether it may run more than once in a trial; default false.
     #[serde(default)]
@@ -59,6 +59,13 @@ pub struct ActionEntry {
     /// What running it costs a plan, above 0; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
+    /// How likely one run is to bring about what it presumes, above 0 and at most 1; default 1. Plans
+    /// count its cost over its likelihood: what it costs until it succeeds, on average.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub likelihood: Option<f64>,
+    /// Turns that one run takes, for the time of a plan that `solve` prints; default 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration: Option<u32>,
 }
 
 /// `[[boundary]]`: one fact that several crafts share; any of them may write it.

@@ -19,6 +19,7 @@ mod queue;
 mod repair;
 mod solver;
 pub mod sweep;
+pub mod ways;
 
 #[cfg(test)]
 mod tests;

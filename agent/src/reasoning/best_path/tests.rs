@@ -1,7 +1,7 @@
 //! The exact solver against sweeps, repair against solving afresh, plans against the network.
 
 use super::published::PublishedSweeps;
-use super::{Combine, CostError, Costs, Plan, Repair, Solver, Stopped, sweep};
+use super::{Combine, CostError, Costs, Plan, Repair, Solver, Stopped, sweep, ways};
 use crate::reasoning::prune::sound::Sound;
 use crate::reasoning::sample::{Shape, board};
 use crate::reasoning::{Kept, naive};
@@ -142,6 +142,40 @@ proptest! {
         let goal = Literal(stream.below(2 * view.fact_count));
         if let Some(plan) = repair.plan(&view, goal) {
             prop_assert!(leads_to_its_goal(&plan, &view, &known), "{plan:?}");
+        }
+    }
+
+    #[test]
+    fn the_cheapest_ways_come_first(seed in any::<u64>(), most in 1_usize..6) {
+        let mut stream = Stream::new(seed, 0, Purpose::Test, 4);
+        let shape = Shape { facts: 6, rules: 7, actions: 3, associations: 3, is_negating: false };
+        let network = board(shape, &mut stream);
+        let (view, known) = (network.view(), initial(&network));
+        let costs = costs(&view, Combine::Sum, 1, &mut stream);
+        let goal = Literal::holds(FactId(stream.below(shape.facts)));
+        let everything = Kept::everything(&view);
+        let found = ways::ways(&view, &costs, &everything, &known, goal, most);
+        // Exhaustive: the best plan of every set of rules.
+        let mut all: Vec<(Vec<u32>, f64)> = Vec::new();
+        for set in 0_u32..1 << shape.rules {
+            let mut kept = everything.clone();
+            for (rule, is_kept) in kept.rules.iter_mut().enumerate() {
+                *is_kept = set >> rule & 1 == 1;
+            }
+            let mut solver = Solver::default();
+            solver.solve(&view, &costs, Some(&kept), known.iter().copied(), Some(goal));
+            let Some(plan) = solver.plan(&view, &costs, goal) else { continue };
+            let mut rules: Vec<u32> = plan.steps.iter().map(|step| step.rule).collect();
+            rules.sort_unstable();
+            if !all.iter().any(|(known, _)| *known == rules) {
+                all.push((rules, plan.cost));
+            }
+        }
+        all.sort_by(|one, other| one.1.total_cmp(&other.1));
+        prop_assert_eq!(found.len(), most.min(all.len()));
+        for (plan, (_, cost)) in found.iter().zip(&all) {
+            prop_assert_eq!(plan.cost, *cost);
+            prop_assert!(leads_to_its_goal(plan, &view, &known), "{plan:?}");
         }
     }
 

@@ -36,7 +36,7 @@ if = ["target-seen"]
 then = ["target-confirmed"]
 "#;
 
-fn refused(text: &str) -> ScenarioError {
+pub(super) fn refused(text: &str) -> ScenarioError {
     match load_text("mission.toml", text, &[]) {
         Ok(_) => panic!("accepted:\n{text}"),
         Err(error) => error,
@@ -442,6 +442,9 @@ fn costs_and_names_that_are_none() {
 run = ["take-image"] => run = ["take-image"]\ncost = -1 | 22:8 | a cost of -1 is impossible | 0.001 to 1000000
 run = ["take-image"] => run = ["take-image"]\ncost = nan | 22:8 | a cost of NaN | 0.001 to 1000000
 run = ["take-image"] => run = ["take-image"]\ncost = inf | 22:8 | a cost of inf | 0.001 to 1000000
+then = ["target-seen"] => then = ["target-seen"]\nlikelihood = 0 | 27:14 | a likelihood of 0 | 0.001 to 1
+then = ["target-seen"] => then = ["target-seen"]\nlikelihood = 1.5 | 27:14 | a likelihood of 1.5 | 0.001 to 1
+then = ["target-seen"] => then = ["target-seen"]\nduration = 0 | 27:12 | a duration of 0 turns | 1 to 1000000
 then = ["target-seen"] => then = ["target-seen"]\ncost = 0 | 27:8 | a cost of 0 | leave it out
 then = ["target-seen"] => then = ["target-seen"]\ncost = "dear" | 27:8 | takes a number | plan
 + [[rule]]\nname = "r"\nif = ["target-seen"]\nthen = ["x"]\n[[rule]]\nname = "r"\nif = ["x"]\nthen = ["y"] | 6:8 | `orbiter` has two rules called `r` | rename
