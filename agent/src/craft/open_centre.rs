@@ -107,8 +107,11 @@ impl OpenCentre {
             self.seats[asker.index()].take(fleet.board(asker), change.fact, &change);
             for target in fleet.board(asker).targets(change.fact) {
                 let seat = &mut self.seats[target.craft.index()];
-                // It may have been learnt as state before the request came.
-                if seat.board.state(target.fact).version == change.version {
+                // It may have been learnt as state before the request came. The version alone does not
+                // tell: two facts of a board may lead to one of another, each with counts of its own.
+                let is_known = seat.board.state(target.fact).version == change.version
+                    && seat.authors.is_named(target.fact, change.fact);
+                if is_known {
                     continue;
                 }
                 let merged = seat.take(fleet.board(target.craft), target.fact, &change);

@@ -1,10 +1,10 @@
 //! Campaigns: fleets whose processes are killed and stopped on purpose, again and again, and what is
 //! promised of them checked after every single fault.
 //!
-//! A campaign is a row of rounds. A round on a fleet ([`fleets`]) kills crafts of one living fleet, at named
+//! A campaign is a row of rounds. A round on a fleet (`fleets`) kills crafts of one living fleet, at named
 //! points and at instants that were drawn, stops some for a while, and ends the fleet; a round on an
-//! orchestrator ([`orchestrators`]) starts the executable, kills it, and cleans. What is done to whom is
-//! drawn from the seed ([`draw`]); the instants at which it happens are the host's. Every fault becomes one
+//! orchestrator (`orchestrators`) starts the executable, kills it, and cleans. What is done to whom is
+//! drawn from the seed (`draw`); the instants at which it happens are the host's. Every fault becomes one
 //! record, kept at the end of its round. Not here: the mechanisms (`run::recovery`,
 //! `run::strike`, the janitor), and figures (`results::faults`).
 

@@ -149,7 +149,7 @@ fn unknown_words_are_refused_with_what_is_known() {
     refused(&place, &["compare", "--strategies", "xyz"], &["xyz", "boundary, limited"]);
     refused(&place, &["comparr"], &["'comparr'", "'compare'"]);
     refused(&place, &["compare", "--size", "2"], &["'--size'", "'--sizes'"]);
-    refused(&place, &["run"], &["<SCENARIO>"]);
+    refused(&place, &["run"], &["which scenario?", "`list`"]);
     refused(&place, &["reproduce", "table-26"], &["table-26", "table-1 to table-25"]);
     refused(&place, &["report", "nowhere"], &["`nowhere`", "runs/latest"]);
     refused(&place, &["run", "two-craft", "--set", "run.trails=3"], &["`trails`", "`trials`?"]);

@@ -42,6 +42,12 @@ impl Authors {
         }
     }
 
+    /// Whether what stands for `fact` is what its writer calls `named`. Unknown where nothing recovers.
+    #[inline]
+    pub(in crate::craft) fn is_named(&self, fact: FactId, named: FactId) -> bool {
+        self.named.get(fact.index()) == Some(&named)
+    }
+
     /// What is known of `fact`, each in its writer's ids: what stands, and the own last change where
     /// that is another one.
     pub(in crate::craft) fn changes(

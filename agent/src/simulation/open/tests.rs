@@ -398,3 +398,17 @@ fn shares_add_up_to_every_application() {
         }
     }
 }
+
+#[test]
+fn two_facts_that_lead_to_one_are_two_applications_whatever_their_counts() {
+    let mut network = network(2, 1);
+    let links = [(FACTS - 2, 1), (FACTS - 2, 0), (FACTS - 1, 1), (FACTS - 1, 0)];
+    network.boards[0].links = Csr::from_pairs(FACTS as usize, &links);
+    network.view().validate().expect("links name what exists");
+    let write = |fact| TraceRecord::write(1_000_000, FactId(fact), true);
+    let trace = vec![vec![write(FACTS - 2), write(FACTS - 1)], Vec::new()];
+    for strategy in STRATEGIES.into_iter().filter(|&strategy| strategy != StrategyKind::Null) {
+        let (_, played) = play(&spec(strategy, 16), &network, &trace, 50_000);
+        assert_eq!(knowledge(&played.reports[1]).len(), 2, "{strategy}");
+    }
+}
