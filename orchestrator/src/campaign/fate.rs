@@ -18,6 +18,8 @@ pub(super) enum Fate {
     Struck,
     /// By itself.
     Doomed(Doom),
+    /// By itself, if it ever comes to the point: nobody waits for it any more.
+    PutOff(Doom),
 }
 
 /// What is the same for all faults of a round.
@@ -52,16 +54,28 @@ impl Setting {
     pub(super) fn of_fate(&self, fate: Fate, craft: CraftId) -> FaultRecord {
         let point = match fate {
             Fate::Struck => RANDOM,
-            Fate::Doomed(doom) => doom.point.name(),
+            Fate::Doomed(doom) | Fate::PutOff(doom) => doom.point.name(),
         };
         self.record(FaultKind::KillCraft, point, Some(craft))
     }
 }
 
 impl Fate {
-    /// Whether it comes with the end of the fleet only.
+    /// Whether nobody waits for it before the end of the fleet.
     pub(super) const fn is_at_the_end(&self) -> bool {
-        matches!(self, Self::Doomed(doom) if matches!(doom.point, Point::Shutdown))
+        match self {
+            Self::Struck => false,
+            Self::Doomed(doom) => matches!(doom.point, Point::Shutdown),
+            Self::PutOff(_) => true,
+        }
+    }
+
+    /// What becomes of it when it has not come in all the time that it was waited for.
+    pub(super) const fn put_off(self) -> Self {
+        match self {
+            Self::Doomed(doom) if !self.is_at_the_end() => Self::PutOff(doom),
+            fate => fate,
+        }
     }
 }
 

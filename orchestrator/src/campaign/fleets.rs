@@ -32,7 +32,7 @@ const DOOMED_AT_LAUNCH: u32 = 2;
 /// Kills at random instants in a round, each followed by that of the successor at a named point.
 const PAIRS_PER_FLEET: u32 = 4;
 
-/// Trials in which a fault must have taken effect.
+/// Trials in which a fault must have taken effect, once its instant has come.
 const TRIALS_MAX: u32 = 400;
 
 /// Restarts without end and without a pause: how long recovery takes is what is measured.
@@ -115,7 +115,8 @@ impl Campaign<'_> {
                 cut = round.pause(&stopped, begins, draws.pause_ns()).err();
             }
         }
-        let records = round.end();
+        let is_asked = matches!(cut, Some(Cut::Asked(_)));
+        let records = round.end(is_asked);
         for record in records {
             self.keep(record)?;
         }
@@ -141,7 +142,9 @@ impl Round<'_> {
 
     /// Plays until every life that is to end before the fleet has ended, and then one trial more.
     fn settle(&mut self) -> Result<(), Cut> {
-        for _ in 0..TRIALS_MAX {
+        let mut trials_left = TRIALS_MAX;
+        while trials_left > 0 {
+            trials_left -= u32::from(!self.fleet.has_strikes());
             let played = match self.stage.play(&mut self.fleet) {
                 Err(PlayError::Lost(lost)) => {
                     let who: Vec<CraftEnded> = lost.clone();
@@ -163,14 +166,17 @@ impl Round<'_> {
                 }
             }
         }
-        // What has not happened by now is not waited for: it proves nothing.
-        let waiting = std::mem::take(&mut self.lives);
-        for ((craft, life), fate) in waiting {
-            if fate.is_at_the_end() {
-                self.lives.insert((craft, life), fate);
-            } else {
-                let record = self.setting.of_fate(fate, craft);
-                self.records.push(FaultRecord { took_effect: false, ..record });
+        // What has not happened by now is not waited for. A doom may still come; a blow that found nobody
+        // will not, and proves nothing.
+        for ((craft, life), fate) in std::mem::take(&mut self.lives) {
+            match fate {
+                Fate::Struck => {
+                    let record = self.setting.of_fate(fate, craft);
+                    self.records.push(FaultRecord { took_effect: false, ..record });
+                }
+                Fate::Doomed(_) | Fate::PutOff(_) => {
+                    self.lives.insert((craft, life), fate.put_off());
+                }
             }
         }
         Ok(())
@@ -218,17 +224,17 @@ impl Round<'_> {
     /// What followed a death.
     fn record_of(&mut self, recovery: &Recovery) -> FaultRecord {
         let CraftEnded { craft, incarnation, how, said } = &recovery.ended;
-        let fate = self.lives.remove(&(*craft, incarnation.0));
+        let planned = self.lives.remove(&(*craft, incarnation.0));
+        let doomed = Doom::died_at(said).map(Nanos);
         let struck = self.fleet.take_struck();
-        let mut record = self.setting.of_fate(fate.unwrap_or(Fate::Struck), *craft);
-        let killed = match fate {
-            Some(Fate::Doomed(_)) => Doom::died_at(said).map(Nanos),
-            Some(Fate::Struck) => struck
-                .iter()
-                .find(|blow| blow.strike.craft == *craft && blow.strike.blow == Blow::Kill)
-                .map(|blow| blow.at),
-            None => None,
-        };
+        let struck = struck
+            .iter()
+            .find(|blow| blow.strike.craft == *craft && blow.strike.blow == Blow::Kill)
+            .map(|blow| blow.at);
+        // A life that was to die by itself may have been struck before, or the other way round.
+        let fate = planned.filter(|_| doomed.is_some()).unwrap_or(Fate::Struck);
+        let mut record = self.setting.of_fate(fate, *craft);
+        let killed = doomed.or(struck);
         let is_killed = *how == HowEnded::Killed(Signal::KILL.as_raw());
         record.took_effect = is_killed && killed.is_some();
         if !record.took_effect {
@@ -294,15 +300,17 @@ impl Round<'_> {
         Cut::Failed
     }
 
-    /// Ends the fleet, looks what is left of it, and returns all records of the round.
-    fn end(self) -> Vec<FaultRecord> {
+    /// Ends the fleet, looks what is left of it, and returns all records of the round. Where somebody
+    /// asked for the end, crafts may be stopped in the middle of a pause: these cannot end by themselves.
+    fn end(self, is_asked: bool) -> Vec<FaultRecord> {
         let Self { setting, mut fleet, lives, mut records, .. } = self;
         let (paths, processes) = (fleet.paths().clone(), fleet.process_ids());
         fleet.take_recoveries(true);
         let end = fleet.end();
         let mut failures = Vec::new();
         failures.extend(end.trouble.into_iter().map(|what| (Failure::CleanUp, what)));
-        failures.extend(end.report.killed.iter().map(|craft| {
+        let killed = end.report.killed.iter().filter(|_| !is_asked);
+        failures.extend(killed.map(|craft| {
             (Failure::Hang, format!("craft {craft} did not end by itself and was killed"))
         }));
         failures.extend(left_behind(&paths, &processes));

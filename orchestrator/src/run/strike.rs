@@ -83,6 +83,12 @@ impl RealFleet<'_> {
         self.root.paths()
     }
 
+    /// Whether blows are planned that were not struck yet.
+    #[must_use]
+    pub const fn has_strikes(&self) -> bool {
+        !self.strikes.is_empty()
+    }
+
     /// When the next blow is due.
     pub(super) fn next_strike(&self) -> Option<Nanos> {
         self.strikes.last().map(|strike| strike.due)
