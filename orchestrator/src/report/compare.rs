@@ -4,6 +4,7 @@
 //! whether every trial's counts are those of the independent replay. Times are those of the timing
 //! cells; how much they exceed strategy `null` is what a strategy costs.
 
+use super::capacities::capacities;
 use super::page::Page;
 use super::pictures::gallery;
 use super::table::{Colour, Table, clip, column, short, wrap};
@@ -58,6 +59,7 @@ impl Report for Compare {
         text += &self.main_table().render(look.colour);
         text += &pairs::ratios(&self.summary, look.colour);
         text += &loads::first_screen(&self.summary, look.colour);
+        text += &capacities(&self.summary, look.colour);
         text += &incidents::incidents(&self.summary, look.all, look.colour);
         text += "\n";
         text += &self.legend();

@@ -5,6 +5,7 @@
 //! number of its tables is a figure that the other two forms carry as well.
 
 pub mod campaign;
+mod capacities;
 pub mod compare;
 mod details;
 pub mod diff;

@@ -4,6 +4,7 @@
 //! Also writes that page and the pictures. What is in them is decided elsewhere; the same run gives the
 //! same bytes.
 
+use super::capacities;
 use super::loads;
 use super::svg::element::Element;
 use super::svg::look::style_sheet;
@@ -21,6 +22,9 @@ pub const PICTURES_FOLDER: &str = "pictures";
 
 /// Heading of the first table of loads.
 const LOADS_HEADING: &str = "Under load: what is known how soon, and at what cost";
+
+/// Heading of the table of the highest loads that were borne.
+const CAPACITY_HEADING: &str = "Capacity";
 
 /// Everything that a page shows.
 #[derive(Clone, Debug, Default)]
@@ -71,6 +75,10 @@ impl Page {
             let details = loads::details(summary).into_iter();
             let filled = details.filter(|(_, table)| !table.is_empty());
             tables.extend(filled.map(|(heading, table)| (heading.to_owned(), table)));
+        }
+        let borne = capacities::table(summary);
+        if !borne.is_empty() {
+            tables.push((CAPACITY_HEADING.to_owned(), borne));
         }
         let name = summary.deterministic.scenario.clone();
         let origin = summary.timing.provenance.as_ref().map_or_else(Vec::new, origin);

@@ -1,6 +1,7 @@
 //! The tables of one scenario of a user's own: how its trials ended under every strategy, what was
 //! sent, and which craft reached which final fact.
 
+use super::capacities::capacities;
 use super::compare::{
     heading, legend_of_counts, legend_of_times, requests_cell, size_heading, tail_quantile,
 };
@@ -42,6 +43,7 @@ impl Report for Mission {
             text += &self.endings(look.all);
         }
         text += &loads::first_screen(&self.summary, look.colour);
+        text += &capacities(&self.summary, look.colour);
         text += &incidents::incidents(&self.summary, look.all, look.colour);
         text += "\n";
         if has_turns {

@@ -67,6 +67,7 @@ fn small_paper_searches_capacity_and_offers_shares_of_it() {
     let directory = format!("runs/{}", latest.display());
     let report = place.run(&["report", &directory, "--pictures", "none"]).expect_code(0);
     assert_eq!(report.stdout, ran.stdout);
+    assert!(ran.stdout.contains("thousands of applied changes a second"), "{ran}");
 }
 
 #[test]
