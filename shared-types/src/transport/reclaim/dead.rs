@@ -17,15 +17,24 @@ pub(super) fn bury(paths: &RunPaths, steps: Steps) -> Result<Removed, ReclaimErr
     if steps.tags {
         removed.files += forget_unfinished_tags(paths)?;
     }
+    // Whoever dies from here on may keep its places this time, and iceoryx2 must still find its node then.
+    let dead = of_the_dead(paths)?;
     let mut freed = BTreeSet::new();
     if steps.places {
         freed = free_places(paths)?;
     }
     removed.nodes = freed.len();
     if steps.by_hand {
-        remove_what_is_left(paths, &freed, &mut removed)?;
+        remove_what_is_left(paths, &dead, &freed, &mut removed)?;
     }
     Ok(removed)
+}
+
+/// Entries of processes that are gone: of nodes, of shared memory, of the run's root.
+fn of_the_dead(paths: &RunPaths) -> Result<BTreeSet<PathBuf>, ReclaimError> {
+    let entries = [entries_of(&nodes_of(paths))?, entries_of(&paths.root())?].into_iter().flatten();
+    let all = entries.map(|(entry, _)| entry).chain(segments_of(paths)?);
+    Ok(all.filter(|entry| is_of_the_dead(entry)).collect())
 }
 
 /// Removes the unfinished tags of dead processes. The dead finish nothing, however young their files
@@ -78,16 +87,17 @@ fn free_places(paths: &RunPaths) -> Result<BTreeSet<String>, ReclaimError> {
     if failed == 0 { Ok(freed) } else { Err(ReclaimError::Nodes { count: failed, detail }) }
 }
 
-/// Removes the directories, monitors and segments of processes that are gone: of those that iceoryx2
-/// does not know, or of which it left something.
+/// Removes the directories, monitors and segments among `dead`: of processes that iceoryx2 does not know,
+/// or of which it left something.
 fn remove_what_is_left(
     paths: &RunPaths,
+    dead: &BTreeSet<PathBuf>,
     freed: &BTreeSet<String>,
     removed: &mut Removed,
 ) -> Result<(), ReclaimError> {
     let mut orphans = BTreeSet::new();
     for (entry, is_directory) in entries_of(&nodes_of(paths))? {
-        if !is_of_the_dead(&entry) {
+        if !dead.contains(&entry) {
             continue;
         }
         orphans.extend(number_in(&entry, paths));
@@ -102,12 +112,12 @@ fn remove_what_is_left(
     }
     removed.nodes += orphans.difference(freed).count();
     for segment in segments_of(paths)? {
-        if is_of_the_dead(&segment) {
+        if dead.contains(&segment) {
             removed.segments += usize::from(remove_file(&segment)?);
         }
     }
     for (file, is_directory) in entries_of(&paths.root())? {
-        if !is_directory && is_of_the_dead(&file) {
+        if !is_directory && dead.contains(&file) {
             removed.files += usize::from(remove_file(&file)?);
         }
     }
