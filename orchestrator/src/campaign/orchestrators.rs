@@ -210,9 +210,21 @@ impl Campaign<'_> {
     }
 }
 
+/// How long crafts may outlive their orchestrator, ns.
+const CRAFTS_END_NS: u64 = 1_000_000_000;
+
 /// Cleans what the dead orchestrator left, as the next start of anything would, and notes what did not go.
 fn clean_up(site: &Site, killed: Nanos, record: &mut FaultRecord) {
-    match clean_dead_runs(&site.base) {
+    // A craft that was just being started holds the run's lock until it is executed, and then sees that
+    // its orchestrator is gone: within a second, as is promised.
+    let mut cleaned = clean_dead_runs(&site.base);
+    while cleaned.as_ref().is_ok_and(|report| !report.living.is_empty())
+        && clock::now().since(killed) < CRAFTS_END_NS
+    {
+        let _slept = poll(&mut [], Some(&Timespec { tv_sec: 0, tv_nsec: LOOK_NS }));
+        cleaned = clean_dead_runs(&site.base);
+    }
+    match cleaned {
         Ok(report) => {
             record.failures.extend(report.killed.iter().map(|pid| {
                 (Failure::Hang, format!("process {pid} outlived its orchestrator and was killed"))
