@@ -12,37 +12,50 @@ use std::path::{Path, PathBuf};
 
 /// Frees and removes everything that dead processes of the run hold, as far as `steps` says. What was
 /// never finished must have been swept: iceoryx2's part waits for ever on an empty segment.
+///
+/// Every step is about the same processes: those that are dead now. Of one that dies meanwhile a later step
+/// would remove by hand what an earlier one has not freed yet, and its places would be lost.
 pub(super) fn bury(paths: &RunPaths, steps: Steps) -> Result<Removed, ReclaimError> {
+    bury_those(&of_the_dead(paths)?, paths, steps)
+}
+
+/// The same for the processes that `dead`, as of [`of_the_dead`], speaks of.
+fn bury_those(
+    dead: &BTreeSet<PathBuf>,
+    paths: &RunPaths,
+    steps: Steps,
+) -> Result<Removed, ReclaimError> {
     let mut removed = Removed::default();
     if steps.tags {
-        removed.files += forget_unfinished_tags(paths)?;
+        removed.files += forget_unfinished_tags(dead, paths)?;
     }
-    // Whoever dies from here on may keep its places this time, and iceoryx2 must still find its node then.
-    let dead = of_the_dead(paths)?;
     let mut freed = BTreeSet::new();
     if steps.places {
-        freed = free_places(paths)?;
+        freed = free_places(dead, paths)?;
     }
     removed.nodes = freed.len();
     if steps.by_hand {
-        remove_what_is_left(paths, &dead, &freed, &mut removed)?;
+        remove_what_is_left(dead, &freed, paths, &mut removed)?;
     }
     Ok(removed)
 }
 
-/// Entries of processes that are gone: of nodes, of shared memory, of the run's root.
+/// Entries of processes that are gone: of nodes, of the run's root, of shared memory.
 fn of_the_dead(paths: &RunPaths) -> Result<BTreeSet<PathBuf>, ReclaimError> {
     let entries = [entries_of(&nodes_of(paths))?, entries_of(&paths.root())?].into_iter().flatten();
     let all = entries.map(|(entry, _)| entry).chain(segments_of(paths)?);
     Ok(all.filter(|entry| is_of_the_dead(entry)).collect())
 }
 
-/// Removes the unfinished tags of dead processes. The dead finish nothing, however young their files
+/// Removes the unfinished tags of `dead` processes. They finish nothing, however young their files
 /// are, and one such tag makes iceoryx2 give up half-way and never try again.
-fn forget_unfinished_tags(paths: &RunPaths) -> Result<usize, ReclaimError> {
+fn forget_unfinished_tags(
+    dead: &BTreeSet<PathBuf>,
+    paths: &RunPaths,
+) -> Result<usize, ReclaimError> {
     let mut removed = 0;
     for (node, is_directory) in entries_of(&nodes_of(paths))? {
-        if !is_directory || !is_of_the_dead(&node) {
+        if !is_directory || !dead.contains(&node) {
             continue;
         }
         for tag in files_below(&node)? {
@@ -54,26 +67,31 @@ fn forget_unfinished_tags(paths: &RunPaths) -> Result<usize, ReclaimError> {
     Ok(removed)
 }
 
-/// Lets iceoryx2 take every dead process off the services; returns their numbers. One that has no
-/// details was killed before it was a node: it has no port and no place, and iceoryx2 would look for it
+/// Lets iceoryx2 take every process among `dead` off the services; returns their numbers. One that has
+/// no details was killed before it was a node: it has no port and no place, and iceoryx2 would look for it
 /// at its default paths.
-fn free_places(paths: &RunPaths) -> Result<BTreeSet<String>, ReclaimError> {
+fn free_places(
+    dead: &BTreeSet<PathBuf>,
+    paths: &RunPaths,
+) -> Result<BTreeSet<String>, ReclaimError> {
     set_log_level(LogLevel::Fatal);
     let config = paths.config()?;
-    let mut dead = Vec::new();
+    let mut found = Vec::new();
     Node::<ipc::Service>::list(&config, |state| {
         if let NodeState::Dead(view) = state {
-            dead.push(view);
+            found.push(view);
         }
         CallbackProgression::Continue
     })
     .map_err(|error| ReclaimError::Nodes { count: 0, detail: format!("{error:?}") })?;
+    let numbers: BTreeSet<String> =
+        dead.iter().filter_map(|entry| number_in(entry, paths)).collect();
     let (mut freed, mut failed, mut detail) = (BTreeSet::new(), 0, String::new());
-    for view in dead {
-        if view.details().is_none() {
+    for view in found {
+        let number = view.id().value().to_string();
+        if view.details().is_none() || !numbers.contains(&number) {
             continue;
         }
-        let number = view.id().value().to_string();
         match view.try_remove_stale_resources() {
             Ok(()) => {
                 freed.insert(number);
@@ -90,9 +108,9 @@ fn free_places(paths: &RunPaths) -> Result<BTreeSet<String>, ReclaimError> {
 /// Removes the directories, monitors and segments among `dead`: of processes that iceoryx2 does not know,
 /// or of which it left something.
 fn remove_what_is_left(
-    paths: &RunPaths,
     dead: &BTreeSet<PathBuf>,
     freed: &BTreeSet<String>,
+    paths: &RunPaths,
     removed: &mut Removed,
 ) -> Result<(), ReclaimError> {
     let mut orphans = BTreeSet::new();
@@ -144,4 +162,33 @@ fn remove_directory(directory: PathBuf) -> Result<(), ReclaimError> {
 pub(super) fn left_of_the_dead(paths: &RunPaths) -> Result<Vec<PathBuf>, ReclaimError> {
     let files = segments_of(paths)?.into_iter().chain(files_below(&paths.root())?);
     Ok(files.filter(|file| is_of_the_dead(file)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Steps, bury_those, nodes_of, of_the_dead};
+    use crate::transport::paths::RunPaths;
+    use std::collections::BTreeSet;
+    use std::fs::{self, File, Permissions};
+    use std::os::unix::fs::PermissionsExt as _;
+
+    #[test]
+    fn who_dies_while_others_are_buried_keeps_everything_until_the_next_time() {
+        let base = tempfile::tempdir().expect("a folder");
+        let paths = RunPaths::below(base.path(), 5);
+        // No process has this number: the largest that Linux gives is 2^22.
+        let node = nodes_of(&paths).join((7_u128 << 96 | 1 << 87 | 3).to_string());
+        fs::create_dir_all(&node).expect("planted");
+        let tag = node.join("unfinished.port_tag");
+        File::create(&tag).expect("planted");
+        fs::set_permissions(&tag, Permissions::from_mode(0o600)).expect("planted");
+        let steps = Steps { places: false, ..Steps::ALL };
+        let removed = bury_those(&BTreeSet::new(), &paths, steps).expect("nothing to do");
+        assert_eq!((removed.files, removed.nodes), (0, 0));
+        assert!(tag.exists(), "it was not dead when this began");
+        let dead = of_the_dead(&paths).expect("listable");
+        let removed = bury_those(&dead, &paths, steps).expect("removes");
+        assert_eq!((removed.files, removed.nodes), (1, 1));
+        assert!(!node.exists());
+    }
 }
