@@ -4,7 +4,7 @@ use super::Soaked;
 use super::verdict::Thirds;
 use super::watch::{Cost, Look};
 use orchestrator::report::table::{Colour, DASH, Table, column};
-use orchestrator::results::load::LoadRecord;
+use orchestrator::results::load::{LoadRecord, Saturation};
 use orchestrator::results::statistics::Quantile;
 use shared_types::wire::Stage;
 
@@ -22,6 +22,7 @@ pub fn parts(soaked: &Soaked) -> String {
         column(times, "p99"),
         column(times, "p99.9"),
         column(times, "max"),
+        column("", "above capacity"),
     ]);
     soaked.run.loads.iter().for_each(|load| table.row(part(&load.record)));
     table.render(Colour::Never)
@@ -42,6 +43,7 @@ fn part(record: &LoadRecord) -> Vec<String> {
         at(Quantile::P99),
         at(Quantile::P999),
         us(knowledge.map(|known| known.max_ns)),
+        record.saturated.map_or(DASH, Saturation::name).to_owned(),
     ]
 }
 

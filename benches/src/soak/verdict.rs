@@ -105,7 +105,6 @@ fn of_looks(looks: &Looks) -> Vec<Drift> {
 fn of_part(record: &LoadRecord, may_lose: bool) -> Vec<Drift> {
     let total = record.counts.total();
     let losses = record.losses;
-    let late = record.applied_after_end + record.censored;
     let complaints = [
         (losses.is_partial(), format!("something was lost: {losses:?}")),
         (
@@ -118,10 +117,6 @@ fn of_part(record: &LoadRecord, may_lose: bool) -> Vec<Drift> {
         ),
         (record.censored > 0, format!("{} changes never arrived", record.censored)),
         (record.unplayed > 0, format!("{} writes were not made", record.unplayed)),
-        (
-            record.saturated.is_some(),
-            format!("the load is above capacity: {late} of {} known late or never", record.needed),
-        ),
     ];
     let broken = complaints.into_iter().filter(|(is_so, _)| *is_so && !may_lose);
     broken.map(|(_, what)| Drift(format!("part {}: {what}", record.load))).collect()

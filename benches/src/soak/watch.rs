@@ -15,6 +15,7 @@ use std::ffi::OsString;
 use std::io;
 use std::os::fd::OwnedFd;
 use std::os::unix::ffi::OsStringExt as _;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
 /// One process at one time.
@@ -33,7 +34,7 @@ pub struct Cost {
 pub struct Look {
     /// By craft and life.
     pub crafts: BTreeMap<(CraftId, Incarnation), Cost>,
-    /// Files of the run in shared memory.
+    /// Files of the run in shared memory: below its root, and segments of iceoryx2.
     pub shared_files: u64,
     /// What they take, bytes.
     pub shared_bytes: u64,
@@ -87,7 +88,7 @@ impl Watch {
 
     fn look(&self) -> io::Result<Look> {
         let mut look = Look::default();
-        let mut root = None;
+        let mut paths = None;
         for entry in std::fs::read_dir("/proc")?.flatten() {
             let process = entry.path();
             if entry.file_name().as_encoded_bytes()[0].is_ascii_digit()
@@ -96,11 +97,11 @@ impl Watch {
                 && let Some(cost) = cost_of(&process)
             {
                 look.crafts.insert((craft.craft, craft.incarnation), cost);
-                root.get_or_insert_with(|| RunPaths::below(craft.base, craft.run).root());
+                paths.get_or_insert_with(|| RunPaths::below(craft.base, craft.run));
             }
         }
-        if let Some(root) = root {
-            (look.shared_files, look.shared_bytes) = size_of_tree(&root);
+        if let Some(paths) = paths {
+            (look.shared_files, look.shared_bytes) = size_of_run(&paths)?;
         }
         Ok(look)
     }
@@ -138,15 +139,26 @@ fn cost_of(process: &Path) -> Option<Cost> {
     })
 }
 
+/// Files of a run in shared memory, and what they take in bytes.
+fn size_of_run(paths: &RunPaths) -> io::Result<(u64, u64)> {
+    let segments = paths.segments()?.into_iter().filter_map(|segment| segment.metadata().ok());
+    let sizes = segments.map(|metadata| (1, metadata.blocks() * 512));
+    Ok(sizes.fold(size_of_tree(&paths.root()), add))
+}
+
+const fn add(one: (u64, u64), other: (u64, u64)) -> (u64, u64) {
+    (one.0 + other.0, one.1 + other.1)
+}
+
 /// Files below `directory`, and what they take in bytes.
 fn size_of_tree(directory: &Path) -> (u64, u64) {
     let Ok(entries) = std::fs::read_dir(directory) else { return (0, 0) };
     let sizes = entries.flatten().map(|entry| match entry.metadata() {
         Ok(metadata) if metadata.is_dir() => size_of_tree(&entry.path()),
-        Ok(metadata) => (1, std::os::unix::fs::MetadataExt::blocks(&metadata) * 512),
+        Ok(metadata) => (1, metadata.blocks() * 512),
         Err(_) => (0, 0),
     });
-    sizes.fold((0, 0), |(files, bytes), (more, larger)| (files + more, bytes + larger))
+    sizes.fold((0, 0), add)
 }
 
 #[cfg(test)]
