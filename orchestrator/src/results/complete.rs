@@ -2,8 +2,8 @@
 //!
 //! A file of lines that was cut off between two lines reads well; that it is not whole shows in the
 //! others. The long form has rows of every record, every histogram has the events that its record
-//! counts, and a table of percentiles, and a run that came to its end has a summary. Only the scenario stands alone: one that was cut off between
-//! two lines is a scenario.
+//! counts, and a table of percentiles, and a run that came to its end has a summary. Only the scenario
+//! stands alone: one that was cut off between two lines is a scenario.
 
 use super::histogram::STALENESS_TAG;
 use super::measurements::{

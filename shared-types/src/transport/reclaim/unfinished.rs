@@ -2,8 +2,8 @@
 //! descriptions of services that may still be written.
 //!
 //! iceoryx2 says by permissions that something is finished: a segment gets the right to read last, a file
-//! loses the right to write. Finishing takes microseconds, so age tells what was left behind, unless its maker is stopped and will
-//! go on. What only the dead can have made needs no age.
+//! loses the right to write. Finishing takes microseconds, so age tells what was left behind, unless its
+//! maker is stopped and will go on. What only the dead can have made needs no age.
 
 use super::files::{Life, files_below, lives_of, remove_file, segments_of};
 use super::{ReclaimError, Removed, UNFINISHED_AGE};
