@@ -190,6 +190,12 @@ impl<'a> CsrView<'a> {
         self.starts.windows(2).map(move |ends| &items[ends[0] as usize..ends[1] as usize])
     }
 
+    /// How many entries each row has, in order.
+    #[inline]
+    pub fn lengths(&self) -> impl ExactSizeIterator<Item = u32> + use<'a> {
+        self.starts.windows(2).map(|ends| ends[1] - ends[0])
+    }
+
     /// Row `index`.
     ///
     /// # Panics

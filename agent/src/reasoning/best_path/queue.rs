@@ -13,9 +13,10 @@ pub(super) struct Entry {
 impl Eq for Entry {}
 
 impl Ord for Entry {
-    /// The cheapest is the greatest; of equals the lowest literal, so that nothing depends on chance.
+    /// The cheapest is the greatest; of equals the lowest literal, so that nothing depends on chance. No cost
+    /// is below zero, so costs are in the order of their bits.
     fn cmp(&self, other: &Self) -> Ordering {
-        other.cost.total_cmp(&self.cost).then(other.literal.cmp(&self.literal))
+        (other.cost.to_bits(), other.literal).cmp(&(self.cost.to_bits(), self.literal))
     }
 }
 

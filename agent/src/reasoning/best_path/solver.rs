@@ -49,16 +49,52 @@ pub enum Stopped {
     Exhausted,
 }
 
+/// No rule, or no action.
+const NONE: u32 = u32::MAX;
+
+/// What is known of a literal: one place in memory, however much of it is asked for.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    /// The least cost found so far.
+    cost: f64,
+    /// How it is made to hold at that cost: [`Via`] without its tag.
+    rule: u32,
+    action: u32,
+}
+
+impl Reached {
+    const NOT_YET: Self = Self { cost: f64::INFINITY, rule: NONE, action: NONE };
+
+    const fn via(self) -> Via {
+        match (self.rule, self.action) {
+            (NONE, _) => Via::Known,
+            (rule, NONE) => Via::Rule(rule),
+            (rule, action) => Via::Action { rule, action },
+        }
+    }
+}
+
+/// What a rule waits for.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    /// The cost of the premises that are final.
+    gathered: f64,
+    /// How many are not.
+    unmet: u32,
+}
+
 /// A search and its memory, which is used again.
 #[derive(Clone, Debug, Default)]
 pub struct Solver {
-    cost: Vec<f64>,
-    via: Vec<Via>,
-    is_final: Vec<bool>,
-    /// By rule: premises that are not final, and the cost of those that are.
-    unmet: Vec<u32>,
-    gathered: Vec<f64>,
+    /// By literal.
+    reached: Vec<Reached>,
+    /// By rule.
+    waiting: Vec<Waiting>,
+    /// Literals that cost nothing, and so need not stand in line.
+    free: Vec<u32>,
     queue: Queue,
+    /// Up to this cost everything is final.
+    horizon: f64,
 }
 
 impl Solver {
@@ -72,107 +108,133 @@ impl Solver {
         known: impl IntoIterator<Item = Literal>,
         goal: Option<Literal>,
     ) -> Stopped {
+        let search = Search { board, costs, kept };
         self.reset(board);
         for rule in 0..board.rule_count() {
-            if self.unmet[rule as usize] == 0 && is_kept(kept, rule) {
-                self.fire(board, costs, kept, rule);
+            if self.waiting[rule as usize].unmet == 0 && is_kept(kept, rule) {
+                self.fire(&search, rule);
             }
         }
+        let mut free = std::mem::take(&mut self.free);
+        free.clear();
         for literal in known {
-            self.relax(literal.0, 0.0, Via::Known);
-        }
-        while let Some(Entry { literal, .. }) = self.queue.pop() {
-            let at = literal as usize;
-            if std::mem::replace(&mut self.is_final[at], true) {
-                continue;
+            let reached = &mut self.reached[literal.0 as usize];
+            if reached.cost > 0.0 {
+                *reached = Reached { cost: 0.0, ..Reached::NOT_YET };
+                free.push(literal.0);
             }
-            if goal.is_some_and(|goal| goal.0 == literal) {
+        }
+        let stopped = self.spread(&search, &free, goal);
+        self.free = free;
+        stopped
+    }
+
+    /// Makes literals final, cheapest first: those that are `free`, then as they stand in line.
+    fn spread(&mut self, search: &Search<'_, '_>, free: &[u32], goal: Option<Literal>) -> Stopped {
+        self.horizon = 0.0;
+        let is_goal = |literal: u32| goal.is_some_and(|goal| goal.0 == literal);
+        for &literal in free {
+            if is_goal(literal) {
                 return Stopped::AtGoal;
             }
-            let cost = self.cost[at];
-            for &packed in board.readers.row(at >> 1) {
-                let rule = packed >> 1;
-                if packed & 1 != literal & 1 || !is_kept(kept, rule) {
-                    continue;
-                }
-                let gathered = &mut self.gathered[rule as usize];
-                *gathered = match costs.combine() {
-                    Combine::Sum => *gathered + cost,
-                    Combine::Max => gathered.max(cost),
-                };
-                self.unmet[rule as usize] -= 1;
-                if self.unmet[rule as usize] == 0 {
-                    self.fire(board, costs, kept, rule);
-                }
+            self.settle(search, literal, 0.0);
+        }
+        while let Some(Entry { cost, literal }) = self.queue.pop() {
+            if cost > self.reached[literal as usize].cost {
+                // A cheaper entry stood for it.
+                continue;
+            }
+            self.horizon = cost;
+            if is_goal(literal) {
+                return Stopped::AtGoal;
+            }
+            self.settle(search, literal, cost);
+        }
+        self.horizon = f64::MAX;
+        if goal.is_some() { Stopped::Unreachable } else { Stopped::Exhausted }
+    }
+
+    /// `literal` is final: rules that waited for nothing else fire.
+    fn settle(&mut self, search: &Search<'_, '_>, literal: u32, cost: f64) {
+        for &packed in search.board.readers.row(literal as usize >> 1) {
+            let rule = packed >> 1;
+            if packed & 1 != literal & 1 || !is_kept(search.kept, rule) {
+                continue;
+            }
+            let waiting = &mut self.waiting[rule as usize];
+            waiting.gathered = match search.costs.combine() {
+                Combine::Sum => waiting.gathered + cost,
+                Combine::Max => waiting.gathered.max(cost),
+            };
+            waiting.unmet -= 1;
+            if waiting.unmet == 0 {
+                self.fire(search, rule);
             }
         }
-        if goal.is_some() { Stopped::Unreachable } else { Stopped::Exhausted }
     }
 
     /// The least cost of `literal`: infinite if it cannot be made to hold, and an upper bound if the
     /// search stopped at a cheaper goal.
     #[must_use]
     pub fn cost(&self, literal: Literal) -> f64 {
-        self.cost[literal.0 as usize]
+        self.reached[literal.0 as usize].cost
     }
 
     /// How `literal` is made to hold at that cost; `None` if it cannot be.
     #[must_use]
     pub fn via(&self, literal: Literal) -> Option<Via> {
-        let at = literal.0 as usize;
-        (self.cost[at] < f64::INFINITY).then(|| self.via[at])
+        let reached = self.reached[literal.0 as usize];
+        (reached.cost < f64::INFINITY).then(|| reached.via())
     }
 
     /// The plan for `goal`, which must be final; `None` if it cannot be made to hold.
     #[must_use]
     pub fn plan(&self, board: &BoardView<'_>, costs: &Costs, goal: Literal) -> Option<Plan> {
-        self.is_final[goal.0 as usize].then(|| {
+        (self.cost(goal) <= self.horizon).then(|| {
             Plan::towards(goal, board, costs, |literal| (self.cost(literal), self.via(literal)))
         })?
     }
 
     fn reset(&mut self, board: &BoardView<'_>) {
-        let literals = 2 * board.fact_count as usize;
-        self.cost.clear();
-        self.cost.resize(literals, f64::INFINITY);
-        self.via.clear();
-        self.via.resize(literals, Via::Known);
-        self.is_final.clear();
-        self.is_final.resize(literals, false);
-        self.unmet.clear();
-        let lengths = board.premises.rows().map(|row| u32::try_from(row.len()).unwrap_or(u32::MAX));
-        self.unmet.extend(lengths);
-        self.gathered.clear();
-        self.gathered.resize(self.unmet.len(), 0.0);
+        self.reached.clear();
+        self.reached.resize(2 * board.fact_count as usize, Reached::NOT_YET);
+        self.waiting.clear();
+        self.waiting.extend(board.premises.lengths().map(|unmet| Waiting { gathered: 0.0, unmet }));
         self.queue.clear();
     }
 
     /// All premises of `rule` are final: what it writes costs what they do and its own.
-    fn fire(&mut self, board: &BoardView<'_>, costs: &Costs, kept: Option<&Kept>, rule: u32) {
-        let at = rule as usize;
-        let cost = self.gathered[at] + costs.rule(rule);
+    fn fire(&mut self, search: &Search<'_, '_>, rule: u32) {
+        let (board, at) = (search.board, rule as usize);
+        let cost = self.waiting[at].gathered + search.costs.rule(rule);
         for &output in board.outputs.row(at) {
-            self.relax(output, cost, Via::Rule(rule));
+            self.relax(output, Reached { cost, rule, action: NONE });
         }
         for &action in board.queues.row(at) {
-            if kept.is_none_or(|kept| kept.actions[action as usize]) {
-                let cost = cost + costs.action(action);
+            if search.kept.is_none_or(|kept| kept.actions[action as usize]) {
+                let cost = cost + search.costs.action(action);
                 for &output in board.action_outputs.row(action as usize) {
-                    self.relax(output, cost, Via::Action { rule, action });
+                    self.relax(output, Reached { cost, rule, action });
                 }
             }
         }
     }
 
     #[inline]
-    fn relax(&mut self, literal: u32, cost: f64, via: Via) {
-        let at = literal as usize;
-        if cost < self.cost[at] {
-            self.cost[at] = cost;
-            self.via[at] = via;
-            self.queue.push(Entry { cost, literal });
+    fn relax(&mut self, literal: u32, found: Reached) {
+        let reached = &mut self.reached[literal as usize];
+        if found.cost < reached.cost {
+            *reached = found;
+            self.queue.push(Entry { cost: found.cost, literal });
         }
     }
+}
+
+/// What a search goes through.
+struct Search<'a, 'b> {
+    board: &'a BoardView<'b>,
+    costs: &'a Costs,
+    kept: Option<&'a Kept>,
 }
 
 fn is_kept(kept: Option<&Kept>, rule: u32) -> bool {

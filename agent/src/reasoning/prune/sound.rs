@@ -45,14 +45,13 @@ impl Sound {
         goals: impl IntoIterator<Item = Literal>,
     ) -> Self {
         let (literals, rules) = (2 * board.fact_count as usize, board.premises.row_count());
-        let lengths = board.premises.rows().map(|row| row.len());
         let mut sound = Self {
             producers: Producers::of(board),
             is_known: vec![false; literals],
             is_goal: vec![false; literals],
             is_open: vec![false; board.fact_count as usize],
             can_hold: vec![false; literals],
-            unmet: lengths.map(|length| u32::try_from(length).unwrap_or(u32::MAX)).collect(),
+            unmet: board.premises.lengths().collect(),
             is_wanted: vec![false; literals],
             is_useful: vec![false; rules],
             gained: Vec::new(),
