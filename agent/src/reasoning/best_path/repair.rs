@@ -9,7 +9,7 @@
 
 use super::costs::{CostError, Costs};
 use super::plan::Plan;
-use super::queue::{Entry, Queue};
+use super::queue::{Entry, Heap};
 use super::solver::Via;
 use crate::reasoning::Producers;
 use shared_types::knowledge::{BoardView, Literal};
@@ -23,7 +23,7 @@ pub struct Repair {
     cost: Vec<f64>,
     /// What the producers say, and which of them.
     said: Vec<(f64, Via)>,
-    queue: Queue,
+    queue: Heap,
     /// Literals whose cost was changed by the last change.
     touched: usize,
     /// What costs more is out of reach.
@@ -66,7 +66,7 @@ impl Repair {
             is_known: vec![false; literals],
             cost: vec![f64::INFINITY; literals],
             said: vec![(f64::INFINITY, Via::Known); literals],
-            queue: Queue::new(),
+            queue: Heap::new(),
             touched: 0,
             limit,
         };

@@ -2,12 +2,12 @@
 //!
 //! A literal is final when it is the cheapest that is left; a rule is looked at again only when one of
 //! its premises becomes final, and fires in the calculation when all are. Costs never decrease along an
-//! edge, so what is final stays so. O(E + V log V) for E entries of all lists and V literals, but for
-//! the queue, in which a literal may wait several times.
+//! edge, so what is final stays so. O(E) for E entries of all lists, but for the queue, in which a literal
+//! may wait several times.
 
 use super::costs::{Combine, Costs};
 use super::plan::Plan;
-use super::queue::{Entry, Queue};
+use super::queue::{Entry, RisingQueue};
 use crate::reasoning::Kept;
 use shared_types::knowledge::{BoardView, Literal};
 
@@ -92,7 +92,7 @@ pub struct Solver {
     waiting: Vec<Waiting>,
     /// Literals that cost nothing, and so need not stand in line.
     free: Vec<u32>,
-    queue: Queue,
+    queue: RisingQueue,
     /// Up to this cost everything is final.
     horizon: f64,
 }

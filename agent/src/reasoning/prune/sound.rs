@@ -63,26 +63,20 @@ impl Sound {
                 sound.gain(board, rule);
             }
         }
-        for literal in known {
-            sound.is_known[literal.0 as usize] = true;
-            sound.raise(board, literal.0);
-        }
+        let mut ends: Vec<u32> = Vec::new();
         for fact in (0..board.fact_count).filter(|&fact| board.is_boundary(FactId(fact))) {
             sound.is_open[fact as usize] = true;
-            sound.raise(board, fact << 1);
-            sound.raise(board, fact << 1 | 1);
+            ends.extend([fact << 1, fact << 1 | 1]);
         }
+        let open = ends.len();
+        ends.extend(known.into_iter().map(|literal| literal.0));
+        ends[open..].iter().for_each(|&literal| sound.is_known[literal as usize] = true);
+        sound.raise(board, &ends);
         sound.gained.clear();
-        for goal in goals {
-            sound.is_goal[goal.0 as usize] = true;
-            sound.want(board, goal.0);
-        }
-        for fact in 0..board.fact_count {
-            if sound.is_open[fact as usize] {
-                sound.want(board, fact << 1);
-                sound.want(board, fact << 1 | 1);
-            }
-        }
+        ends.truncate(open);
+        ends.extend(goals.into_iter().map(|goal| goal.0));
+        ends[open..].iter().for_each(|&goal| sound.is_goal[goal as usize] = true);
+        sound.want(board, &ends);
         sound
     }
 
@@ -93,7 +87,7 @@ impl Sound {
             return;
         }
         if is_known {
-            self.raise(board, literal.0);
+            self.raise(board, &[literal.0]);
         } else {
             self.lower(board, literal.0);
         }
@@ -107,7 +101,7 @@ impl Sound {
             return;
         }
         if is_goal {
-            self.want(board, literal.0);
+            self.want(board, &[literal.0]);
         } else {
             let mut dropped = Vec::new();
             self.drop_wish(board, literal.0, &mut dropped);
@@ -156,11 +150,15 @@ impl Sound {
         self.is_goal[literal as usize] || self.is_open[literal as usize >> 1]
     }
 
-    /// Everything that can hold now that `literal` can.
-    fn raise(&mut self, board: &BoardView<'_>, literal: u32) {
+    /// Everything that can hold now that `literals` can. First come first served: what is next does not
+    /// depend on what is under way, so that a large network's memory is waited for side by side.
+    fn raise(&mut self, board: &BoardView<'_>, literals: &[u32]) {
         let mut work = std::mem::take(&mut self.work);
-        work.push(literal);
-        while let Some(literal) = work.pop() {
+        work.clear();
+        work.extend(literals);
+        let mut next = 0;
+        while let Some(&literal) = work.get(next) {
+            next += 1;
             if std::mem::replace(&mut self.can_hold[literal as usize], true) {
                 continue;
             }
@@ -179,7 +177,7 @@ impl Sound {
     fn gain(&mut self, board: &BoardView<'_>, rule: u32) {
         let mut outputs = Vec::new();
         each_output(board, rule, |output| outputs.push(output));
-        outputs.into_iter().for_each(|output| self.raise(board, output));
+        self.raise(board, &outputs);
     }
 
     /// Takes away what leant on `literal`, then puts back what something else still holds.
@@ -204,7 +202,7 @@ impl Sound {
             let can_fire = |rule: u32| self.unmet[rule as usize] == 0;
             let is_written = self.producers.of_literal(literal).any(can_fire);
             if is_written {
-                self.raise(board, literal);
+                self.raise(board, &[literal]);
             }
         }
     }
@@ -227,9 +225,14 @@ impl Sound {
         self.gained.clear();
     }
 
-    fn want(&mut self, board: &BoardView<'_>, literal: u32) {
-        let mut work = vec![literal];
-        while let Some(literal) = work.pop() {
+    /// Everything that is wanted now that `literals` are; in the order of [`Self::raise`].
+    fn want(&mut self, board: &BoardView<'_>, literals: &[u32]) {
+        let mut work = std::mem::take(&mut self.work);
+        work.clear();
+        work.extend(literals);
+        let mut next = 0;
+        while let Some(&literal) = work.get(next) {
+            next += 1;
             if std::mem::replace(&mut self.is_wanted[literal as usize], true) {
                 continue;
             }
@@ -240,6 +243,7 @@ impl Sound {
                 }
             }
         }
+        self.work = work;
     }
 
     /// Makes a rule useful that can fire and writes something wanted.
@@ -252,8 +256,7 @@ impl Sound {
         each_output(board, rule, |output| serves |= self.is_wanted[output as usize]);
         if serves {
             self.is_useful[at] = true;
-            let premises = board.premises.row(at);
-            premises.iter().for_each(|&premise| self.want(board, premise));
+            self.want(board, board.premises.row(at));
         }
     }
 
@@ -288,7 +291,7 @@ impl Sound {
             rules.into_iter().for_each(|rule| self.use_rule(board, rule));
             let is_read = readers(board, literal).any(|rule| self.is_useful[rule as usize]);
             if is_read {
-                self.want(board, literal);
+                self.want(board, &[literal]);
             }
         }
     }
