@@ -11,7 +11,7 @@ use crate::report::{Look, Report};
 use crate::results::diff::Diff;
 use crate::results::event::Event;
 use crate::results::host::HostCheck;
-use crate::results::read::{RunData, read_run};
+use crate::results::read::{Missing, RunData, read_run};
 use crate::results::record::Cell;
 use crate::results::resume::Unfinished;
 use crate::results::sample::{capacity, load, provenance, timing, trial};
@@ -150,8 +150,17 @@ fn check_lines(run: &RunData, path: &Path, content: &[u8]) {
     };
     let whole = std::str::from_utf8(content).map_or_else(|error| error.valid_up_to(), str::len);
     let lines = String::from_utf8_lossy(&content[..whole]).split_inclusive('\n').count();
-    let told = run.missing.iter().filter(|lack| lack.file == name && lack.what.starts_with("line"));
-    assert_eq!(read + told.count(), lines, "{name}: {:?}", run.missing);
+    let told = run.missing.iter().filter(|lack| lack.file == name).map(lines_told);
+    assert_eq!(read + told.sum::<usize>(), lines, "{name}: {:?}", run.missing);
+}
+
+/// Lines that `lack` says are torn or damaged.
+fn lines_told(lack: &Missing) -> usize {
+    match lack.what.split_once(' ') {
+        Some(("line", _)) => 1,
+        Some((count, what)) if what.starts_with("lines are damaged") => count.parse().unwrap_or(0),
+        _ => 0,
+    }
 }
 
 /// Both reports of a run, in every form.
@@ -172,7 +181,7 @@ fn report(run: &RunData) {
     }
     for forms in [all_forms(&mission), all_forms(&compare)] {
         // Whatever is missing is said wherever a report can say it.
-        let is_told = |lack: &crate::results::read::Missing| forms[1].contains(&lack.file);
+        let is_told = |lack: &Missing| forms[1].contains(&lack.file);
         assert!(run.missing.iter().all(is_told), "{:?}", run.missing);
     }
 }
@@ -206,9 +215,7 @@ pub(super) fn resume(bytes: &[u8]) {
         let outcome = store.outcome_so_far();
         store.finish(outcome).expect("the disk takes it");
         let run = read_run(place.path()).expect("a resumed run is a run");
-        let is_torn = |lack: &&crate::results::read::Missing| {
-            lack.file.ends_with(".jsonl") && lack.what.starts_with("line")
-        };
+        let is_torn = |lack: &&Missing| lack.file.ends_with(".jsonl") && lines_told(lack) > 0;
         assert_eq!(run.missing.iter().find(is_torn), None);
         assert_eq!(run.outcome(), Some(outcome));
     });

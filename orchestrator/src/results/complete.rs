@@ -9,7 +9,7 @@ use super::histogram::STALENESS_TAG;
 use super::measurements::{
     HEADER, RowKey, capacity_key, is_last_of_record, key_of, load_key, timing_key, trial_key,
 };
-use super::read::{LoadCell, Missing, RunData, TimedCell};
+use super::read::{Damage, LoadCell, Missing, RunData, TimedCell};
 use super::resume::FleetKey;
 use super::store::{
     CAPACITIES_FILE, LOADS_FILE, MEASUREMENTS_FILE, SCENARIO_FILE, SUMMARY_FILE, TIMINGS_FILE,
@@ -112,6 +112,7 @@ pub(super) fn doubtful_fleets(run: &RunData) -> BTreeSet<FleetKey> {
 fn compare_rows(run: &RunData, bytes: &[u8], lack: &mut impl FnMut(&str, String)) {
     let mut rows = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
     let (mut told, mut number, mut is_whole) = (BTreeSet::new(), 0_u64, bytes.ends_with(b"\n"));
+    let mut damage = Damage::default();
     for row in rows.byte_records() {
         let key = row.as_ref().ok().and_then(key_of);
         match (number, row, key) {
@@ -127,9 +128,12 @@ fn compare_rows(run: &RunData, bytes: &[u8], lack: &mut impl FnMut(&str, String)
                 is_whole = bytes.ends_with(b"\n") && is_last_of_record(&row);
                 told.insert(key);
             }
-            _ => lack(MEASUREMENTS_FILE, format!("row {} is damaged", number + 1)),
+            _ => damage.found("row", number + 1, None),
         }
         number += 1;
+    }
+    if let Some(what) = damage.said() {
+        lack(MEASUREMENTS_FILE, what);
     }
     if number == 0 || !is_whole {
         lack(MEASUREMENTS_FILE, "cut short".to_owned());

@@ -179,6 +179,36 @@ pub fn read_run(directory: &Path) -> Result<RunData, ReadError> {
     Ok(run)
 }
 
+/// Damaged parts of one file: how many, and which was the first.
+#[derive(Debug, Default)]
+pub(super) struct Damage {
+    count: u64,
+    /// What is counted.
+    part: String,
+    first: String,
+}
+
+impl Damage {
+    /// Another one: `part` number `number`, and what is wrong with it.
+    pub(super) fn found(&mut self, part: &str, number: u64, why: Option<String>) {
+        self.count += 1;
+        if self.count == 1 {
+            let why = why.map_or_else(String::new, |why| format!(": {why}"));
+            self.part = part.to_owned();
+            self.first = format!("{part} {number} is damaged{why}");
+        }
+    }
+
+    /// In one sentence; `None` if there is none.
+    pub(super) fn said(&self) -> Option<String> {
+        match self.count {
+            0 => None,
+            1 => Some(self.first.clone()),
+            count => Some(format!("{count} {}s are damaged: {}", self.part, self.first)),
+        }
+    }
+}
+
 struct Reader<'a> {
     directory: &'a Path,
     missing: Vec<Missing>,
@@ -204,19 +234,22 @@ impl Reader<'_> {
         }
     }
 
-    /// The records of a file of lines; torn and damaged ones are listed.
+    /// The records of a file of lines; a torn one is listed, damaged ones are counted.
     fn lines<T: DeserializeOwned>(&mut self, name: &str) -> Vec<T> {
         let Some(text) = self.text(name) else { return Vec::new() };
-        let mut records = Vec::new();
-        for (number, line) in (1_usize..).zip(text.split_inclusive('\n')) {
+        let (mut records, mut damage) = (Vec::new(), Damage::default());
+        for (number, line) in (1_u64..).zip(text.split_inclusive('\n')) {
             if !line.ends_with('\n') {
                 self.lacks(name, format!("line {number} is torn"));
                 continue;
             }
             match serde_json::from_str(line) {
                 Ok(record) => records.push(record),
-                Err(error) => self.lacks(name, format!("line {number} is damaged: {error}")),
+                Err(error) => damage.found("line", number, Some(error.to_string())),
             }
+        }
+        if let Some(what) = damage.said() {
+            self.lacks(name, what);
         }
         records
     }

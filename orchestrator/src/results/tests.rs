@@ -12,8 +12,8 @@ use super::sample::{
 };
 use super::statistics::{Quantile, histogram_of, merged};
 use super::store::{
-    CAPACITIES_FILE, EVENTS_FILE, LATEST_LINK, LOADS_FILE, Place, SUMMARY_FILE, Store, StoreError,
-    TRIALS_FILE,
+    CAPACITIES_FILE, EVENTS_FILE, LATEST_LINK, LOADS_FILE, MEASUREMENTS_FILE, Place, SUMMARY_FILE,
+    Store, StoreError, TRIALS_FILE,
 };
 use super::summary::Summary;
 use crate::outcome::Outcome;
@@ -147,6 +147,33 @@ fn any_file_may_be_absent_or_damaged() {
         std::fs::write(&path, whole).unwrap();
     }
     assert_eq!(read_run(place.path()).unwrap().missing, []);
+}
+
+#[test]
+fn however_many_rows_are_damaged_they_are_told_in_one_line() {
+    let place = tempfile::tempdir().unwrap();
+    leave_run(place.path(), &[2]);
+    for (name, part, header) in [(MEASUREMENTS_FILE, "row", 1), (TRIALS_FILE, "line", 0)] {
+        let path = place.path().join(name);
+        let whole = std::fs::read_to_string(&path).unwrap();
+        // From the fourth on every one.
+        let damaged: Vec<&str> = (0..)
+            .zip(whole.lines())
+            .map(|(number, line)| if number < header + 3 { line } else { "{" })
+            .collect();
+        let count = damaged.iter().filter(|line| **line == "{").count();
+        std::fs::write(&path, damaged.join("\n") + "\n").unwrap();
+        let missing = read_run(place.path()).unwrap().missing;
+        let told: Vec<&str> = missing
+            .iter()
+            .filter(|lack| lack.file == name && lack.what.contains("damaged"))
+            .map(|lack| lack.what.as_str())
+            .collect();
+        let [only] = told[..] else { panic!("{told:?}") };
+        let wanted = format!("{count} {part}s are damaged: {part} {} is damaged", header + 4);
+        assert!(only.starts_with(&wanted), "{only}");
+        std::fs::write(&path, whole).unwrap();
+    }
 }
 
 #[test]
