@@ -32,6 +32,8 @@ pub enum Purpose {
     Test = 9,
     /// Random networks for pruner and solvers, and what is asked of them.
     Networks = 10,
+    /// Whether an action of a craft brings about what it presumes.
+    Outcomes = 11,
 }
 
 /// One named stream of random numbers.

@@ -190,6 +190,23 @@ impl Blackboard {
         !self.reached.is_empty()
     }
 
+    /// Runs an action in vain: it has run, and writes nothing; one that may repeat stays queued. Reaches
+    /// no final fact.
+    pub fn fail(&mut self, action: Firing) -> bool {
+        let item = action.0 as usize;
+        if !self.repeats.contains(item) {
+            self.is_spent.insert(item);
+            self.agenda.remove(item);
+        }
+        self.rest()
+    }
+
+    /// Runs nothing, and so reaches no final fact.
+    pub fn rest(&mut self) -> bool {
+        self.reached.clear();
+        false
+    }
+
     /// Final facts that the last firing newly asserted, also one that it then took back itself.
     #[must_use]
     pub fn reached(&self) -> &[FactId] {

@@ -7,11 +7,13 @@
 //! craft is idle only when nothing of use can be fired, so crafts that plan differently for want of
 //! knowledge never wait for each other. Not here: what a firing does (`blackboard`).
 
+pub mod acting;
 #[cfg(test)]
 mod tests;
 
 use crate::blackboard::Blackboard;
 use crate::reasoning::planner::Planner;
+use acting::Effect;
 use shared_types::ids::{CraftId, FactId, Firing};
 use shared_types::knowledge::{BoardView, Change, FleetView, Value};
 use shared_types::reasoning::Policy;
@@ -56,12 +58,23 @@ impl Control {
         }
     }
 
-    /// The craft fired, and wrote `changes`.
-    pub fn note_fired(&mut self, board: &BoardView<'_>, firing: Firing, changes: &[Change]) {
+    /// The craft fired with this effect, and wrote `changes`. An action in vain that may be tried again
+    /// leaves everything as it was; any other is spent, and a plan that rested on it is made anew.
+    pub fn note_fired(
+        &mut self,
+        board: &BoardView<'_>,
+        (firing, effect): (Firing, Effect),
+        changes: &[Change],
+    ) {
         if firing.0 < board.rule_count() {
             self.next_rule = firing.0 + 1;
         }
-        if let Some(planner) = &mut self.planner {
+        let is_left = match effect {
+            Effect::Done => false,
+            Effect::Underway => true,
+            Effect::InVain => board.repeats(firing),
+        };
+        if let Some(planner) = self.planner.as_mut().filter(|_| !is_left) {
             planner.note_fired(board, firing);
             changes.iter().for_each(|change| planner.note(change.fact, change.value));
         }

@@ -1,6 +1,7 @@
 //! Policies: what comes first, and that what a craft knows decides its way.
 
 use super::Control;
+use super::acting::{Acting, Effect};
 use crate::blackboard::Blackboard;
 use crate::reasoning::planner::{Planner, Standing};
 use shared_types::ids::{ActionId, CraftId, FactId, Firing, RuleId};
@@ -39,20 +40,30 @@ fn fleet(boards: Vec<BoardNetwork>) -> FleetNetwork {
 
 /// What craft 0 fires under `policy`, alone, in order, until it is idle or `most` firings are over.
 fn fired(network: &FleetNetwork, policy: Policy, most: usize) -> Vec<Firing> {
+    acted(network, policy, most, 1).into_iter().map(|(firing, _)| firing).collect()
+}
+
+/// The same with what became of each firing in the trial of `seed`.
+fn acted(network: &FleetNetwork, policy: Policy, most: usize, seed: u64) -> Vec<(Firing, Effect)> {
     let view = network.view();
     let (mut control, mut state) = (Control::default(), Blackboard::default());
     control.reset(policy, CRAFT, &view);
     state.reset(view.board(CRAFT));
     let (mut draws, mut changes) = (Stream::new(1, 0, Purpose::Test, 0), Vec::new());
+    let mut acting = Acting::new(seed, 0, CRAFT);
     let mut fired = Vec::new();
     while fired.len() < most {
-        let firing = control.choose(&state, view.board(CRAFT), &mut draws);
+        let board = view.board(CRAFT);
+        let choose = || control.choose(&state, board, &mut draws);
+        let firing = acting.at_hand().unwrap_or_else(choose);
         if firing.is_idle() {
             break;
         }
-        state.fire(view.board(CRAFT), CRAFT, firing, &mut changes);
-        control.note_fired(view.board(CRAFT), firing, &changes);
-        fired.push(firing);
+        let effect = acting.spend(board, firing);
+        effect.bring(&mut state, board, CRAFT, firing, &mut changes);
+        assert!(effect == Effect::Done || changes.is_empty());
+        control.note_fired(board, (firing, effect), &changes);
+        fired.push((firing, effect));
     }
     fired
 }
@@ -90,6 +101,56 @@ fn the_best_path_is_taken_before_anything_else_and_what_serves_nothing_never() {
     assert_eq!(fired[..3], [Firing::of_rule(RuleId(2)), action, Firing::of_rule(RuleId(3))]);
     // Then what serves the final fact though it is no longer needed; 0 and 1 serve nothing.
     assert_eq!(ids(&fired[3..]), [4, 5, 6]);
+}
+
+#[test]
+fn an_action_of_several_turns_keeps_its_craft_until_it_is_over() {
+    let mut network = crossroads();
+    network.boards[0].action_durations = vec![3];
+    network.view().validate().unwrap();
+    let acted = acted(&network, Policy::BestPath, 5, 1);
+    let action = Firing::of_action(ActionId(0), 7);
+    let (rule, last) = (Firing::of_rule(RuleId(2)), Firing::of_rule(RuleId(3)));
+    let (done, underway) = (Effect::Done, Effect::Underway);
+    let wanted =
+        [(rule, done), (action, underway), (action, underway), (action, done), (last, done)];
+    assert_eq!(acted, wanted);
+}
+
+#[test]
+fn a_plan_goes_another_way_once_its_action_was_in_vain_and_tries_again_one_that_may_repeat() {
+    let mut network = crossroads();
+    network.boards[0].action_likelihoods = vec![0.5_f64.to_bits()];
+    network.view().validate().unwrap();
+    let action = Firing::of_action(ActionId(0), 7);
+    let (rule, last) = (Firing::of_rule(RuleId(2)), Firing::of_rule(RuleId(3)));
+    let (mut failed, mut tries) = (0, 0);
+    for seed in 0..200 {
+        let once = acted(&network, Policy::BestPath, 6, seed);
+        assert_eq!((once[0].0, once[1].0), (rule, action));
+        let rest: Vec<Firing> = once[2..].iter().map(|&(firing, _)| firing).collect();
+        if once[1].1 == Effect::InVain {
+            failed += 1;
+            assert_eq!(ids(&rest), [4, 5, 6, 3], "the longer way, then the end");
+        } else {
+            assert_eq!(rest[0], last);
+        }
+        let mut repeating = network.clone();
+        repeating.boards[0].repeating_actions = vec![0];
+        let again = acted(&repeating, Policy::BestPath, 40, seed);
+        let runs: Vec<Effect> = again
+            .iter()
+            .filter(|(firing, _)| *firing == action)
+            .map(|&(_, effect)| effect)
+            .collect();
+        assert_eq!(runs.iter().filter(|&&effect| effect == Effect::Done).count(), 1);
+        assert_eq!(runs.last(), Some(&Effect::Done), "until it succeeds");
+        assert_eq!(again[1 + runs.len()].0, last);
+        tries += runs.len();
+    }
+    // Four standard deviations: of 200 draws, and of 200 times until the first success.
+    assert!((72..=128).contains(&failed), "{failed}");
+    assert!((320..=480).contains(&tries), "{tries}");
 }
 
 #[test]

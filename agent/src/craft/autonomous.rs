@@ -4,6 +4,7 @@ use super::outbox::{Counting, Held, Outbox, header};
 use crate::blackboard::Blackboard;
 use crate::blackboard::replica::ReplicaStore;
 use crate::control::Control;
+use crate::control::acting::Acting;
 use crate::reasoning::planner::Planner;
 use crate::reasoning::upkeep::Upkeep;
 use crate::replication::{Context, Plans, Recipient, Strategy, strategy};
@@ -40,6 +41,7 @@ pub(super) struct Autonomous {
     board: Blackboard,
     draws: Stream,
     control: Control,
+    acting: Acting,
     upkeep: Upkeep,
     replicas: ReplicaStore,
     keeps_replicas: bool,
@@ -59,6 +61,7 @@ impl Autonomous {
             board: Blackboard::default(),
             draws: Stream::new(0, 0, Purpose::Firing, 0),
             control: Control::default(),
+            acting: Acting::default(),
             upkeep: Upkeep::default(),
             replicas: ReplicaStore::default(),
             keeps_replicas: false,
@@ -75,6 +78,7 @@ impl Autonomous {
         self.strategy = strategy(spec.strategy);
         self.board.reset(fleet.board(craft));
         self.draws = Stream::new(spec.seed, spec.trial, Purpose::Firing, craft.0);
+        self.acting = Acting::new(spec.seed, spec.trial, craft);
         self.control.reset(spec.reasoning.policy, craft, fleet);
         self.upkeep.reset(spec.reasoning, fleet.board(craft));
         self.keeps_replicas = spec.strategy.keeps_replicas();
@@ -147,8 +151,9 @@ impl Autonomous {
         let board = fleet.board(self.craft);
         let firing = self.choose(turn, fleet);
         let mut changes = std::mem::take(&mut self.changes);
-        let is_final = self.board.fire(board, self.craft, firing, &mut changes);
-        self.control.note_fired(board, firing, &changes);
+        let effect = self.acting.spend(board, firing);
+        let is_final = effect.bring(&mut self.board, board, self.craft, firing, &mut changes);
+        self.control.note_fired(board, (firing, effect), &changes);
         changes.iter().for_each(|change| self.upkeep.note(change.fact, change.value));
         self.upkeep.open_turn(turn);
         self.plans.clear();
@@ -275,14 +280,16 @@ impl Autonomous {
         self.spec.as_ref().expect("invariant: an epoch began")
     }
 
-    /// What to fire: as the policy says or, under `null`, read from the script.
+    /// What to fire: the action at hand, else as the policy says or, under `null`, read from the script.
     fn choose(&mut self, turn: Turn, fleet: &FleetView<'_>) -> Firing {
         if self.spec().strategy == StrategyKind::Null {
             let script = fleet.script.get(self.craft.index());
             let firing = script.and_then(|firings| firings.get(turn.index()));
             return firing.map_or(Firing::IDLE, |&firing| Firing(firing));
         }
-        self.control.choose(&self.board, fleet.board(self.craft), &mut self.draws)
+        let board = fleet.board(self.craft);
+        let choose = || self.control.choose(&self.board, board, &mut self.draws);
+        self.acting.at_hand().unwrap_or_else(choose)
     }
 
     fn send_plans(&self, header: &Header, counting: &mut Counting, out: &mut Outbox) {

@@ -112,6 +112,14 @@ impl PlainBoard {
         reaches_final
     }
 
+    /// Runs an action in vain: as if it had run, without its outputs, but one that repeats stays queued.
+    pub(super) fn run_in_vain(&mut self, network: &BoardView<'_>, action: Firing) {
+        if !self.repeats[action.0 as usize] {
+            self.is_queued[(action.0 - network.rule_count()) as usize] = false;
+            self.is_spent[action.0 as usize] = true;
+        }
+    }
+
     /// Writes one fact: a new version of it, by `craft`.
     fn write(&mut self, craft: CraftId, fact: FactId, value: Value) -> Change {
         let state = &mut self.states[fact.index()];

@@ -5,7 +5,7 @@
 //! a turn is what all earlier turns left.
 
 use super::board::PlainBoard;
-use super::replay::Replay;
+use super::replay::{Replay, Turnout};
 use super::routes::route;
 use shared_types::ids::{CraftId, FactId, Turn};
 use shared_types::knowledge::{FactState, FleetView, Value};
@@ -67,7 +67,14 @@ impl History {
                 place += 1;
                 let mut changes = Vec::new();
                 let board = &mut boards[craft.index()];
-                board.fire(fleet.board(craft), craft, fired.firing, &mut changes);
+                let network = fleet.board(craft);
+                match fired.turnout {
+                    Turnout::Done => {
+                        board.fire(network, craft, fired.firing, &mut changes);
+                    }
+                    Turnout::Underway => {}
+                    Turnout::InVain => board.run_in_vain(network, fired.firing),
+                }
                 changes.sort_by_key(|change| change.fact);
                 for change in changes {
                     let state = FactState { value: change.value, version: change.version };

@@ -34,4 +34,4 @@ pub use digest::{board_digest, path_digest, replica_digest};
 pub use expected::{Expected, ExpectedCounts};
 pub use history::{Cause, Entry, History, relays};
 pub use open::{ExpectedOpen, disagreements};
-pub use replay::{Fired, Replay};
+pub use replay::{Fired, Replay, Turnout};

@@ -11,7 +11,18 @@ use shared_types::rng::{Purpose, Stream};
 use shared_types::wire::EpochSpec;
 use std::ops::Range;
 
-/// One firing of the trial; idle crafts have none.
+/// What became of a firing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turnout {
+    /// It wrote what it says.
+    Done,
+    /// An action that went on in the next turn.
+    Underway,
+    /// An action that brought about nothing.
+    InVain,
+}
+
+/// One firing of the trial; idle crafts have none. An action of several turns is one in each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fired {
     /// In which turn.
@@ -20,6 +31,8 @@ pub struct Fired {
     pub craft: CraftId,
     /// What ran.
     pub firing: Firing,
+    /// What became of it.
+    pub turnout: Turnout,
     /// The changes that are sent, as a range of [`Replay::changes`], ascending by fact.
     pub(super) sent: Range<usize>,
 }
@@ -116,6 +129,10 @@ struct Trial<'a> {
     boards: Vec<PlainBoard>,
     draws: Vec<Stream>,
     last_rules: Vec<LastRule>,
+    /// Per craft the action that it is at, and the turns that it has spent on it.
+    works: Vec<Option<(Firing, u32)>>,
+    /// Per craft what its actions come to.
+    outcomes: Vec<Stream>,
     firings: Vec<Fired>,
     changes: Vec<Change>,
     conflicts: Vec<u64>,
@@ -126,12 +143,14 @@ struct Trial<'a> {
 impl<'a> Trial<'a> {
     fn new(fleet: &'a FleetView<'a>, spec: &'a EpochSpec) -> Self {
         let crafts = 0..fleet.craft_count();
-        let draws = |craft| Stream::new(spec.seed, spec.trial, Purpose::Firing, craft);
+        let stream = |purpose, craft| Stream::new(spec.seed, spec.trial, purpose, craft);
         Self {
             fleet,
             spec,
             boards: fleet.boards.iter().map(PlainBoard::new).collect(),
-            draws: crafts.map(draws).collect(),
+            draws: crafts.clone().map(|craft| stream(Purpose::Firing, craft)).collect(),
+            works: vec![None; fleet.boards.len()],
+            outcomes: crafts.map(|craft| stream(Purpose::Outcomes, craft)).collect(),
             last_rules: vec![LastRule::default(); fleet.boards.len()],
             firings: Vec::new(),
             changes: Vec::new(),
@@ -160,27 +179,61 @@ impl<'a> Trial<'a> {
         is_final.then_some(Outcome::Finished)
     }
 
-    /// Draws and runs one candidate of `craft`, if it has any; says whether that newly asserted a
-    /// final fact. Nothing of this turn has been merged yet, and a firing writes to its own board
+    /// Goes on with what `craft` is at, else draws and runs one candidate of it, if it has any; says
+    /// whether that newly asserted a final fact. Nothing of this turn has been merged yet, and a firing writes to its own board
     /// only, so every craft fires on its board as it was when the turn opened.
     fn fire(&mut self, turn: Turn, craft: CraftId) -> bool {
         let network = self.fleet.board(craft);
-        let board = &mut self.boards[craft.index()];
-        board.list_candidates(network, &mut self.candidates);
-        let Some(firing) = self.choose(craft) else { return false };
+        let chosen = match self.works[craft.index()] {
+            Some((action, _)) => Some(action),
+            None => {
+                self.boards[craft.index()].list_candidates(network, &mut self.candidates);
+                self.choose(craft)
+            }
+        };
+        let Some(firing) = chosen else { return false };
+        let turnout = self.turnout(craft, firing);
         let board = &mut self.boards[craft.index()];
         self.last_rules[craft.index()].note(firing, network.rule_count());
 
         let start = self.changes.len();
-        let is_final = board.fire(network, craft, firing, &mut self.changes);
+        let mut is_final = false;
+        match turnout {
+            Turnout::Done => is_final = board.fire(network, craft, firing, &mut self.changes),
+            Turnout::Underway => {}
+            Turnout::InVain => board.run_in_vain(network, firing),
+        }
         if self.spec.sends_altered_only {
             let unsent = self.changes.split_off(start);
             self.changes.extend(unsent.into_iter().filter(|change| change.altered));
         }
         self.changes[start..].sort_by_key(|change| change.fact);
         let sent = start..self.changes.len();
-        self.firings.push(Fired { turn, craft, firing, sent });
+        self.firings.push(Fired { turn, craft, firing, turnout, sent });
         is_final
+    }
+
+    /// What one more turn of `craft` on `firing` comes to: an action is over after as many turns as it
+    /// takes, and then brings something about as often as it is likely to.
+    fn turnout(&mut self, craft: CraftId, firing: Firing) -> Turnout {
+        let network = self.fleet.board(craft);
+        let Some(action) = firing.0.checked_sub(network.rule_count()) else {
+            return Turnout::Done;
+        };
+        let work = &mut self.works[craft.index()];
+        let spent = work.map_or(0, |(_, spent)| spent) + 1;
+        if spent < network.action_duration(action) {
+            *work = Some((firing, spent));
+            return Turnout::Underway;
+        }
+        *work = None;
+        let likelihood = network.action_likelihood(action);
+        let is_certain = likelihood >= 1.0;
+        if is_certain || self.outcomes[craft.index()].unit() < likelihood {
+            Turnout::Done
+        } else {
+            Turnout::InVain
+        }
     }
 
     /// What `craft` fires of its candidates; `None` if it is idle.

@@ -6,6 +6,7 @@
 //! replies it keeps in a mirror of its board: the centre's truth as of the last reply.
 
 use crate::blackboard::Blackboard;
+use crate::control::acting::Acting;
 use crate::craft::{Counting, Outbox, header};
 use shared_types::ids::{CraftId, FactId, Firing, Turn};
 use shared_types::knowledge::{Change, FleetView};
@@ -41,6 +42,7 @@ pub struct Client {
     centre: CraftId,
     spec: Option<EpochSpec>,
     mirror: Blackboard,
+    acting: Acting,
     stage: Stage,
     turn: Turn,
     intended: Nanos,
@@ -60,6 +62,7 @@ impl Client {
         self.centre = CraftId(fleet.craft_count());
         self.spec = Some(spec.clone());
         self.mirror.reset(fleet.board(craft));
+        self.acting = Acting::new(spec.seed, spec.trial, craft);
         self.stage = Stage::Resting;
         self.is_registered = false;
         self.firing_number = 0;
@@ -156,7 +159,8 @@ impl Client {
             return Err(Refusal::Record);
         }
         let mut changes = std::mem::take(&mut self.changes);
-        self.mirror.fire(board, self.craft, firing, &mut changes);
+        let effect = self.acting.spend(board, firing);
+        effect.bring(&mut self.mirror, board, self.craft, firing, &mut changes);
         if self.spec().sends_altered_only {
             changes.retain(|change| change.altered);
         }

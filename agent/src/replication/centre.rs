@@ -7,6 +7,7 @@
 
 use crate::blackboard::Blackboard;
 use crate::control::Control;
+use crate::control::acting::Acting;
 use crate::craft::{Counting, Held, Outbox, header};
 use shared_types::ids::{CraftId, FactId, Firing, Turn};
 use shared_types::knowledge::{Change, FleetView, Value};
@@ -22,6 +23,7 @@ struct Seat {
     board: Blackboard,
     draws: Stream,
     control: Control,
+    acting: Acting,
     /// What it was told to run this turn; `None` until it asked.
     firing: Option<Firing>,
     firing_number: u32,
@@ -61,6 +63,7 @@ impl Centre {
         for (craft, (seat, board)) in self.seats.iter_mut().zip(&fleet.boards).enumerate() {
             seat.board.reset(board);
             seat.draws = draws(craft);
+            seat.acting = Acting::new(spec.seed, spec.trial, CraftId::from_index(craft));
             seat.control.reset(spec.reasoning.policy, CraftId::from_index(craft), fleet);
             seat.firing_number = 0;
             seat.news.clear();
@@ -153,7 +156,9 @@ impl Centre {
         if seat.firing.is_some() {
             return Err(Refusal::Kind);
         }
-        let firing = seat.control.choose(&seat.board, fleet.board(asker), &mut seat.draws);
+        let board = fleet.board(asker);
+        let choose = || seat.control.choose(&seat.board, board, &mut seat.draws);
+        let firing = seat.acting.at_hand().unwrap_or_else(choose);
         seat.firing = Some(firing);
         self.reply(asker, firing.0, true, counting, out);
         if firing.is_idle() {
@@ -177,8 +182,9 @@ impl Centre {
             return Err(Refusal::Kind);
         };
         let board = fleet.board(asker);
-        seat.board.fire(board, asker, firing, &mut self.changes);
-        seat.control.note_fired(board, firing, &self.changes);
+        let effect = seat.acting.spend(board, firing);
+        effect.bring(&mut seat.board, board, asker, firing, &mut self.changes);
+        seat.control.note_fired(board, (firing, effect), &self.changes);
         seat.reached.extend_from_slice(seat.board.reached());
         if altered_only {
             self.changes.retain(|change| change.altered);
@@ -303,6 +309,7 @@ impl Seat {
             board: Blackboard::default(),
             draws,
             control: Control::default(),
+            acting: Acting::default(),
             firing: None,
             firing_number: 0,
             is_settled: false,

@@ -82,7 +82,7 @@ fn action_maker(trial: &Trial<'_>, craft: CraftId, action: ActionId) -> Maker {
     let queued = trial.queued_by(craft, action, trial.replay.firings.len());
     let turn = |place: usize| trial.replay.firings[place].turn.0;
     let standing = match (run, queued) {
-        (Some(place), _) => format!("ran in turn {}", turn(place)),
+        (Some(place), _) => trial.run_of_action(place),
         (None, Some(place)) => format!("queued in turn {}, not run", turn(place)),
         (None, None) => "never queued".to_owned(),
     };

@@ -16,7 +16,7 @@ pub use subject::{Subject, SubjectError, Thing, find};
 use crate::report::explain::{Explanation, Lack, Step};
 use crate::scenario::{NameTable, ResolvedScenario, compile};
 use agent::lockstep::Outcome;
-use agent::oracle::{Cause, History, Replay};
+use agent::oracle::{Cause, History, Replay, Turnout};
 use shared_types::ids::{ActionId, CraftId, FactId, Firing, FiringTarget, RuleId, Turn};
 use shared_types::knowledge::{FleetNetwork, FleetView, Literal, Value};
 use shared_types::wire::{EpochSpec, StrategyKind};
@@ -171,8 +171,7 @@ impl<'a> Trial<'a> {
         let board = self.fleet.board(craft);
         let firing = Firing::of_action(action, board.rule_count());
         if let Some(place) = self.last_run(craft, firing) {
-            let turn = self.replay.firings[place].turn;
-            explanation.verdict = format!("ran in turn {}", turn.0);
+            explanation.verdict = self.run_of_action(place);
             (explanation.steps, explanation.rests_on) = because::chain_to(self, place);
         } else if let Some(place) = self.queued_by(craft, action, self.replay.firings.len()) {
             let turn = self.replay.firings[place].turn;
@@ -183,6 +182,17 @@ impl<'a> Trial<'a> {
             explanation.verdict = "has not run: no rule that runs it fired".to_owned();
             explanation.lacks = vec![self.lack_of_queuing(craft, action)];
         }
+    }
+
+    /// What the firing of an action at `place` came to.
+    fn run_of_action(&self, place: usize) -> String {
+        let fired = &self.replay.firings[place];
+        let what = match fired.turnout {
+            Turnout::Done => "ran in turn",
+            Turnout::Underway => "was not over in turn",
+            Turnout::InVain => "ran in vain in turn",
+        };
+        format!("{what} {}", fired.turn.0)
     }
 
     fn lack(&self, craft: CraftId, literal: Literal) -> Lack {

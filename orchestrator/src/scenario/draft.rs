@@ -69,6 +69,10 @@ struct ActionDraft {
     outputs: Vec<Literal>,
     repeats: bool,
     cost: Option<f64>,
+    /// `None` if it is certain.
+    likelihood: Option<f64>,
+    /// Turns.
+    duration: u32,
 }
 
 /// Which entries of the scenario the rules and actions of a board come from, by id.
@@ -151,7 +155,11 @@ impl BoardDraft {
         let expected = |likelihood: f64| entry.cost.unwrap_or(1.0) / likelihood;
         let cost = entry.likelihood.map_or(entry.cost, |likelihood| Some(expected(likelihood)));
         let repeats = entry.repeat;
-        self.actions.push(ActionDraft { entry: index, outputs, repeats, cost });
+        // What is certain is what no likelihood is stated of.
+        let likelihood = entry.likelihood.filter(|&likelihood| likelihood < 1.0);
+        let duration = entry.duration.unwrap_or(1);
+        let action = ActionDraft { entry: index, outputs, repeats, cost, likelihood, duration };
+        self.actions.push(action);
     }
 
     /// Whether a rule of the name `name` is there.
@@ -201,6 +209,8 @@ impl BoardDraft {
             links: Csr::from_pairs(self.names.facts.len(), links),
             rule_costs: cost_bits(self.rules.iter().map(|rule| rule.cost)),
             action_costs: cost_bits(self.actions.iter().map(|action| action.cost)),
+            action_durations: self.durations(),
+            action_likelihoods: cost_bits(self.actions.iter().map(|action| action.likelihood)),
             finals: self.finals.iter().copied().collect(),
             ..BoardNetwork::default()
         };
@@ -224,13 +234,19 @@ impl BoardDraft {
         network
     }
 
+    /// Turns of every action; none where each takes one.
+    fn durations(&self) -> Vec<u32> {
+        let all = self.actions.iter().map(|action| action.duration);
+        if all.clone().all(|turns| turns == 1) { Vec::new() } else { all.collect() }
+    }
+
     /// The names, by id.
     pub(super) fn into_names(self) -> BoardNames {
         self.names
     }
 }
 
-/// Costs as a network holds them: none where all are the default.
+/// Costs or likelihoods as a network holds them: none where all are the default, 1.
 fn cost_bits(costs: impl Iterator<Item = Option<f64>> + Clone) -> Vec<u64> {
     if costs.clone().all(|cost| cost.is_none()) {
         return Vec::new();

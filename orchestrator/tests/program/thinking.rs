@@ -180,3 +180,31 @@ fn a_plan_weighs_likelihoods_and_says_what_else_there_is() {
     let words = ["simulate", "rover.toml", "--trials", "2", "--set", "reasoning.policy=best-path"];
     place.run(&words).expect_code(0);
 }
+
+#[test]
+fn actions_that_take_turns_and_fail_go_alike_everywhere_and_under_every_strategy() {
+    let place = Place::for_fleets();
+    let doubtful = ROVER.replace("likelihood = 0.8", "likelihood = 0.4");
+    let doubtful = doubtful.replace("likelihood = 0.9", "likelihood = 0.3");
+    std::fs::write(place.files().join("rover.toml"), doubtful).unwrap();
+    for policy in ["random", "best-path"] {
+        let words =
+            |verb: &str| format!("{verb} rover.toml --trials 12 --set reasoning.policy={policy}");
+        let real = report(&place, &words("run"));
+        let simulated = report(&place, &words("simulate"));
+        assert_eq!(real["deterministic"], simulated["deterministic"], "{policy}");
+        let trials = real["deterministic"]["trials"].as_array().unwrap();
+        let ended = |end: &str| trials.iter().filter(|trial| trial["end"] == end).count();
+        assert!(ended("finished") > 0 && ended("stalled") > 0, "{policy}: {trials:#?}");
+        assert_eq!(ended("finished") + ended("stalled"), trials.len(), "{policy}");
+    }
+    // What was in vain is told.
+    let explained = |trial: usize| {
+        let trial = trial.to_string();
+        let words = ["explain", "runs/latest", "drone.fly-over", "--trial", &trial];
+        place.run(&words).expect_code(0).stdout
+    };
+    let all: Vec<String> = (0..12).map(explained).collect();
+    assert!(all.iter().any(|text| text.contains("ran in vain in turn 2")), "{all:#?}");
+    assert!(all.iter().any(|text| text.contains("ran in turn 2")), "{all:#?}");
+}

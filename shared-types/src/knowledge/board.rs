@@ -3,7 +3,7 @@
 
 use super::csr::{Csr, CsrView, numbers, words};
 use super::fact::Value;
-use crate::ids::{CraftId, FactId};
+use crate::ids::{CraftId, FactId, Firing, FiringTarget};
 use rkyv::{Archive, Deserialize, Serialize};
 
 /// A premise: a fact that must be asserted or, negated, known not to hold. Packed as
@@ -78,6 +78,11 @@ pub struct BoardNetwork {
     pub rule_costs: Vec<u64>,
     /// Per action the same.
     pub action_costs: Vec<u64>,
+    /// Per action the turns that it takes, at least 1; empty where each takes one.
+    pub action_durations: Vec<u32>,
+    /// Per action how likely it is to bring about what it presumes, as the bits of an `f64` above 0 and at
+    /// most 1; empty where each is certain.
+    pub action_likelihoods: Vec<u64>,
 }
 
 impl BoardNetwork {
@@ -109,11 +114,13 @@ impl BoardNetwork {
             &mut self.repeating_actions,
             &mut self.initial,
             &mut self.finals,
+            &mut self.action_durations,
         ] {
             list.clear();
         }
         self.rule_costs.clear();
         self.action_costs.clear();
+        self.action_likelihoods.clear();
     }
 
     /// Reads the network in place.
@@ -133,6 +140,8 @@ impl BoardNetwork {
             finals: &self.finals,
             rule_costs: &self.rule_costs,
             action_costs: &self.action_costs,
+            action_durations: &self.action_durations,
+            action_likelihoods: &self.action_likelihoods,
         }
     }
 }
@@ -155,6 +164,8 @@ impl ArchivedBoardNetwork {
             finals: numbers(&self.finals),
             rule_costs: words(&self.rule_costs),
             action_costs: words(&self.action_costs),
+            action_durations: numbers(&self.action_durations),
+            action_likelihoods: words(&self.action_likelihoods),
         }
     }
 }
@@ -185,6 +196,8 @@ pub struct BoardView<'a> {
     pub finals: &'a [u32],
     pub rule_costs: &'a [u64],
     pub action_costs: &'a [u64],
+    pub action_durations: &'a [u32],
+    pub action_likelihoods: &'a [u64],
 }
 
 impl<'a> BoardView<'a> {
@@ -247,6 +260,32 @@ impl<'a> BoardView<'a> {
         self.action_costs.get(action as usize).map_or(1.0, |&bits| f64::from_bits(bits))
     }
 
+    /// Whether a firing may happen more than once in a trial.
+    #[must_use]
+    pub fn repeats(&self, firing: Firing) -> bool {
+        match firing.target(self.rule_count()) {
+            None => true,
+            Some(FiringTarget::Rule(rule)) => self.repeating_rules.binary_search(&rule.0).is_ok(),
+            Some(FiringTarget::Action(action)) => {
+                self.repeating_actions.binary_search(&action.0).is_ok()
+            }
+        }
+    }
+
+    /// Turns that `action` takes.
+    #[inline]
+    #[must_use]
+    pub fn action_duration(&self, action: u32) -> u32 {
+        self.action_durations.get(action as usize).copied().unwrap_or(1)
+    }
+
+    /// How likely `action` is to bring about what it presumes.
+    #[inline]
+    #[must_use]
+    pub fn action_likelihood(&self, action: u32) -> f64 {
+        self.action_likelihoods.get(action as usize).map_or(1.0, |&bits| f64::from_bits(bits))
+    }
+
     /// Whether the readers are the premises the other way round, of tables that are valid.
     fn reads_what_it_says(&self) -> bool {
         let mut told = vec![0_usize; self.fact_count as usize];
@@ -261,7 +300,7 @@ impl<'a> BoardView<'a> {
         self.readers.item_count() == self.premises.item_count() && premises.all(&mut is_reader)
     }
 
-    /// Whether every id in the network names something that exists, and every cost is one.
+    /// Whether every id in the network names something that exists, and every number is what it should be.
     #[must_use]
     pub fn is_valid(&self, craft_count: usize) -> bool {
         let facts = self.fact_count;
@@ -286,6 +325,10 @@ impl<'a> BoardView<'a> {
             })
             && are_costs(self.rule_costs, rules)
             && are_costs(self.action_costs, actions)
+            && are_costs(self.action_likelihoods, actions)
+            && self.action_likelihoods.iter().all(|&bits| f64::from_bits(bits) <= 1.0)
+            && (self.action_durations.is_empty() || self.action_durations.len() == actions)
+            && self.action_durations.iter().all(|&turns| turns > 0)
             && ascends_below(self.repeating_rules, self.rule_count())
             && ascends_below(self.repeating_actions, self.action_count())
             && ascends_below(self.initial, facts)

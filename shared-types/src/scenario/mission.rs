@@ -59,11 +59,12 @@ pub struct ActionEntry {
     /// What running it costs a plan, above 0; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
-    /// How likely one run is to bring about what it presumes, above 0 and at most 1; default 1. Plans
-    /// count its cost over its likelihood: what it costs until it succeeds, on average.
+    /// How likely one run is to bring about what it presumes, above 0 and at most 1; default 1. One that is
+    /// in vain writes nothing; if it says `repeat` it stays queued and may be tried again. Plans count its
+    /// cost over its likelihood: what it costs until it succeeds, on average.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub likelihood: Option<f64>,
-    /// Turns that one run takes, for the time of a plan that `solve` prints; default 1.
+    /// Turns that one run takes, in which its craft does nothing else; it writes in the last. Default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<u32>,
 }

@@ -107,17 +107,22 @@ pub(super) struct Shape {
     /// Whether rules may be negated and de-assert.
     pub(super) negates: bool,
     pub(super) repeats: bool,
+    /// Whether actions may take turns and be in vain.
+    pub(super) is_uncertain: bool,
 }
 
 pub(super) fn any_shape() -> impl Strategy<Value = Shape> {
-    (1_u32..9, proptest::num::u64::ANY, 1_u32..4, proptest::bool::ANY, proptest::bool::ANY)
-        .prop_map(|(crafts, seed, outputs_max, negates, repeats)| Shape {
+    let flag = || proptest::bool::ANY;
+    (1_u32..9, proptest::num::u64::ANY, 1_u32..4, flag(), flag(), flag()).prop_map(
+        |(crafts, seed, outputs_max, negates, repeats, is_uncertain)| Shape {
             crafts,
             seed,
             outputs_max,
             negates,
             repeats,
-        })
+            is_uncertain,
+        },
+    )
 }
 
 const FACTS: u32 = 24;
@@ -176,6 +181,12 @@ fn random_fleet(shape: Shape, stream: &mut Stream, links: &[[u32; 4]]) -> FleetN
         for _ in 0..ACTIONS {
             let output = literal(stream);
             board = board.action(&[output]);
+        }
+        if shape.is_uncertain {
+            board.0.action_durations = (0..ACTIONS).map(|_| stream.between(1, 4)).collect();
+            let likelihood = |stream: &mut Stream| 1.0 / f64::from(stream.between(1, 3));
+            board.0.action_likelihoods =
+                (0..ACTIONS).map(|_| likelihood(stream).to_bits()).collect();
         }
         if shape.repeats { board.repeating(&[0, 5, 6], &[1, 2]) } else { board }
     });

@@ -2,7 +2,7 @@
 
 use super::fleets::{Board, RECORD, both_ways, fleet, mission_spec, no, yes};
 use crate::lockstep::Outcome;
-use crate::oracle::{Expected, Replay, board_digest};
+use crate::oracle::{Expected, Replay, Turnout, board_digest};
 use shared_types::ids::{CraftId, Firing, Turn};
 use shared_types::knowledge::{FactState, FleetNetwork, Value, Version};
 use shared_types::rng::{Purpose, Stream};
@@ -329,6 +329,47 @@ fn changes_that_alter_nothing_are_sent_unless_the_scenario_says_otherwise() {
         let central = replay.expected(&fleet, spec, StrategyKind::Central);
         check_sent(&central, &[(2 + 3 + 3, sent), (2 + 3, 0), (0, 0)]);
     }
+}
+
+/// Craft 0 queues an action of `turns` turns that asserts what is final on the board of craft 1.
+fn errand(turns: u32, likelihood: f64) -> FleetNetwork {
+    let mut first = Board::new(2, &[0], &[]).rule(&[yes(0)], &[], &[0]).action(&[yes(1)]);
+    first.0.action_durations = vec![turns];
+    first.0.action_likelihoods = vec![likelihood.to_bits()];
+    let boards = vec![first, Board::new(2, &[], &[1])];
+    fleet(boards, &both_ways(&[[0, 1, 1, 1]]), &[])
+}
+
+#[test]
+fn an_action_is_worked_on_for_its_turns_and_told_once_it_is_over() {
+    let network = errand(3, 1.0);
+    let (fleet, spec) = (network.view(), mission_spec());
+    let replay = Replay::of(&fleet, &spec);
+    assert_eq!(path(&replay), [(0, 0, 0), (1, 0, 1), (2, 0, 1), (3, 0, 1)]);
+    assert_eq!((replay.turns, replay.outcome), (4, Outcome::Finished));
+    let turnouts: Vec<Turnout> = replay.firings.iter().map(|fired| fired.turnout).collect();
+    assert_eq!(turnouts, [Turnout::Done, Turnout::Underway, Turnout::Underway, Turnout::Done]);
+    assert_eq!(replay.boards[1][1], written(Value::Asserted, 1, 0));
+    for strategy in [StrategyKind::Full, StrategyKind::Boundary] {
+        let expected = replay.expected(&fleet, &spec, strategy);
+        check_sent(&expected, &[(1, 1), (0, 0)]);
+        let [first, second] = &expected.processes[..] else { panic!("two crafts") };
+        assert_eq!((first.firings, first.boundary_firings, first.idle_turns), (4, 1, 0));
+        assert_eq!((second.firings, second.idle_turns), (0, 4));
+    }
+}
+
+#[test]
+fn an_action_in_vain_has_run_and_brings_about_nothing() {
+    let spec = mission_spec();
+    // The least likelihood: the first draw of the seed is above it.
+    assert!(Stream::new(spec.seed, spec.trial, Purpose::Outcomes, 0).unit() > 0.001);
+    let network = errand(2, 0.001);
+    let replay = Replay::of(&network.view(), &spec);
+    assert_eq!(path(&replay), [(0, 0, 0), (1, 0, 1), (2, 0, 1)]);
+    assert_eq!((replay.turns, replay.outcome), (4, Outcome::Stalled), "nothing is left to do");
+    assert_eq!(replay.firings[2].turnout, Turnout::InVain);
+    assert_eq!(replay.boards[1][1], FactState::default());
 }
 
 #[test]

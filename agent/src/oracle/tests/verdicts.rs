@@ -6,7 +6,8 @@ use shared_types::ids::CraftId;
 use shared_types::knowledge::FleetNetwork;
 use shared_types::wire::{Class, Counters, StrategyKind, TrialReport};
 
-const SHAPE: Shape = Shape { crafts: 4, seed: 3, outputs_max: 2, negates: true, repeats: true };
+const SHAPE: Shape =
+    Shape { crafts: 4, seed: 3, outputs_max: 2, negates: true, repeats: true, is_uncertain: false };
 
 fn fleet() -> FleetNetwork {
     symmetric_fleet(SHAPE)
