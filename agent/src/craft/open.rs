@@ -219,7 +219,7 @@ impl Open {
             counting.counters.hops += u64::from(header.hop_count);
         }
         if applied > 0 {
-            let way = Way { received, wake_ns: u64::from(wake_ns) };
+            let way = Way { received, wake_ns: u64::from(wake_ns), hops: header.hop_count };
             measured.woken(header.source, header.hop_count, way.wake_ns);
             measured.applied(origin, applied);
             self.applied.push(Applied { intended, way, changes: applied });

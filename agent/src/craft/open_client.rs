@@ -180,7 +180,9 @@ impl OpenClient {
             return Err(Refusal::Kind);
         }
         let board = fleet.board(self.craft);
-        let way = Way { received, wake_ns: received.since(Nanos(header.published_ns)) };
+        // A change has come to the centre before.
+        let hops = header.hop_count.saturating_add(1);
+        let way = Way { received, wake_ns: received.since(Nanos(header.published_ns)), hops };
         measured.woken(header.source, header.hop_count, way.wake_ns);
         for (change, &intended_ns) in changes.iter().zip(intended) {
             let origin = change.version.writer;

@@ -2,8 +2,9 @@
 //! grows while it is filled.
 //!
 //! Every event is recorded, none sampled. A stage's histogram tells times of up to a minute apart to
-//! three digits. Time to knowledge is kept by slices of the interval, whose sum is the whole, so that
-//! it is recorded once. How its parts share it goes into a table of counts ([`Shares`]). Not here: who
+//! three digits. Time to knowledge is kept by slices of the interval, whose sum is the whole; of changes
+//! that came over several hops it is kept by their number as well, and what is left came over one, so
+//! that the common case is recorded once. How its parts share it goes into a table of counts ([`Shares`]). Not here: who
 //! reads the clock (the shells), and quantiles with intervals (orchestrator, results).
 
 mod shares;
@@ -30,6 +31,8 @@ pub(crate) struct Way {
     pub received: Nanos,
     /// Time under way: send called to receive returned, summed over hops, relay work apart.
     pub wake_ns: u64,
+    /// Hops from the change's writer to here, at least 1.
+    pub hops: u16,
 }
 
 /// What one process measures in one epoch of open mode.
@@ -42,7 +45,7 @@ pub struct Measured {
     slice: usize,
     slice_ends: Nanos,
     slices: Vec<Histogram<u32>>,
-    /// By [`Stage`]; the one of knowledge stays empty.
+    /// By [`Stage`]; those of knowledge and of knowledge over one hop stay empty.
     stages: Vec<Histogram<u32>>,
     shares: Shares,
     applied_from: Vec<u64>,
@@ -141,6 +144,10 @@ impl Measured {
         if self.is_staged {
             let apply_ns = now.since(way.received);
             note(&mut self.stages[Stage::Apply as usize], apply_ns, changes);
+            if way.hops > 1 {
+                let place = usize::from(way.hops).min(Stage::BY_HOPS.len()) - 1;
+                note(&mut self.stages[Stage::BY_HOPS[place] as usize], total_ns, changes);
+            }
             self.shares.count(total_ns, way.wake_ns, apply_ns, changes);
         }
     }
@@ -160,8 +167,12 @@ impl Measured {
 
     /// Everything measured; what the process and its board know is for the caller to add.
     pub(crate) fn report(&self) -> OpenReport {
-        let filled =
-            Stage::ALL.into_iter().zip(&self.stages).filter(|(_, times)| !times.is_empty());
+        let over_one_hop = self.over_one_hop();
+        let stages = Stage::ALL.into_iter().zip(&self.stages).map(|(stage, times)| match stage {
+            Stage::KnowledgeOneHop => (stage, over_one_hop.as_ref().unwrap_or(times)),
+            _ => (stage, times),
+        });
+        let filled = stages.filter(|(_, times)| !times.is_empty());
         OpenReport {
             applied_from: self.applied_from.clone(),
             applied_by_end: self.applied_by_end,
@@ -176,6 +187,21 @@ impl Measured {
             reads: self.reads.clone(),
             ..OpenReport::default()
         }
+    }
+
+    /// Time to knowledge of what came over one hop: everything without what came over more. `None`
+    /// where stages are not stamped.
+    fn over_one_hop(&self) -> Option<Histogram<u32>> {
+        let mut times = self.is_staged.then(times)?;
+        for slice in &self.slices {
+            times.add(slice).expect("invariant: all have the same bounds");
+        }
+        for stage in &Stage::BY_HOPS[1..] {
+            times
+                .subtract(&self.stages[*stage as usize])
+                .expect("invariant: whatever came over hops is known");
+        }
+        Some(times)
     }
 }
 

@@ -4,6 +4,8 @@
 //! and, before everything else, where counting messages puts strategies in another order than measuring
 //! does. Not here: turn times, and anything of a search for capacity.
 
+mod parts;
+
 use super::pairs::{ratio_cell, ratio_line};
 use super::table::{Colour, DASH, Table, column, exact, short, wrap};
 use crate::results::figure::Figures;
@@ -282,7 +284,8 @@ pub(super) fn details(summary: &Summary) -> Vec<(&'static str, Table)> {
         ("Time to knowledge and CPU, us, 95 % intervals over blocks", intervals(summary)),
         ("Stages, us, p50", stages(summary, Quantile::P50)),
         ("Stages, us, p99", stages(summary, Quantile::P99)),
-        ("Median share of the parts of time to knowledge, %", shares(summary)),
+        ("Median share of the parts of time to knowledge, %", parts::shares(summary)),
+        ("Time to knowledge by hops, us, 95 % intervals over blocks", parts::by_hops(summary)),
         ("Under load, a needed application", costs(summary)),
     ]
 }
@@ -345,22 +348,6 @@ fn stages(summary: &Summary, quantile: Quantile) -> Table {
         let metric = |stage: Stage| format!("{}-{}", stage.name(), quantile.name);
         let cells = SHOWN.iter().map(|(_, _, stage)| {
             short(figures.value(&metric(*stage)).map(|ns| ns / 1e3), STAGE_SIGNS)
-        });
-        cells.collect()
-    });
-    table
-}
-
-fn shares(summary: &Summary) -> Table {
-    const PARTS: [&str; 3] = ["origin", "wake", "apply"];
-    const FROM: [(&str, &str); 3] =
-        [("p50", "from p50 on"), ("p99", "from p99 on"), ("p99.9", "from p99.9 on")];
-    let mut columns = vec![column("", "strategy"), column("asks", "ms")];
-    columns.extend(FROM.iter().flat_map(|(_, head)| PARTS.map(|part| column(head, part))));
-    let mut table = Table::new(&columns);
-    sections(summary, &mut table, |figures| {
-        let cells = FROM.iter().flat_map(|(quantile, _)| {
-            PARTS.map(|part| exact(figures.value(&format!("share-{quantile}-{part}")), 1))
         });
         cells.collect()
     });

@@ -6,6 +6,9 @@
 //! all strategies. Comparisons are in [`super::load_pairs`].
 
 mod costs;
+mod hops;
+
+pub use hops::{HOPS, OverHops};
 
 use super::figure::Figures;
 use super::histogram::STALENESS_TAG;

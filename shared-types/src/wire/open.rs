@@ -57,13 +57,23 @@ pub enum Stage {
     /// Time to knowledge: intended to applied at a board that shares the fact. One event a change and
     /// board.
     Knowledge,
+    /// Time to knowledge of changes that came over one hop. Changes never known are in none of these.
+    KnowledgeOneHop,
+    /// Over two hops; under a central strategy all changes: writer to centre, centre to reader.
+    KnowledgeTwoHops,
+    /// Over three hops.
+    KnowledgeThreeHops,
+    /// Over four hops.
+    KnowledgeFourHops,
+    /// Over five hops or more.
+    KnowledgeMoreHops,
     /// Records of one sample of class replication, as sent. No time.
     RecordsPerSample,
 }
 
 impl Stage {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 14] = [
         Self::Schedule,
         Self::Publish,
         Self::WakeSameCore,
@@ -72,7 +82,21 @@ impl Stage {
         Self::Apply,
         Self::AppliedAtCentre,
         Self::Knowledge,
+        Self::KnowledgeOneHop,
+        Self::KnowledgeTwoHops,
+        Self::KnowledgeThreeHops,
+        Self::KnowledgeFourHops,
+        Self::KnowledgeMoreHops,
         Self::RecordsPerSample,
+    ];
+
+    /// Time to knowledge by the hops that a change came over: one, two, ..., five or more.
+    pub const BY_HOPS: [Self; 5] = [
+        Self::KnowledgeOneHop,
+        Self::KnowledgeTwoHops,
+        Self::KnowledgeThreeHops,
+        Self::KnowledgeFourHops,
+        Self::KnowledgeMoreHops,
     ];
 
     /// The name in tables and files.
@@ -87,6 +111,11 @@ impl Stage {
             Self::Apply => "apply",
             Self::AppliedAtCentre => "applied-at-centre",
             Self::Knowledge => "knowledge",
+            Self::KnowledgeOneHop => "knowledge-one-hop",
+            Self::KnowledgeTwoHops => "knowledge-two-hops",
+            Self::KnowledgeThreeHops => "knowledge-three-hops",
+            Self::KnowledgeFourHops => "knowledge-four-hops",
+            Self::KnowledgeMoreHops => "knowledge-more-hops",
             Self::RecordsPerSample => "records-per-sample",
         }
     }
@@ -136,7 +165,7 @@ pub struct OpenReport {
     pub applied_by_end: u64,
     /// Changes known here after it.
     pub applied_after_end: u64,
-    /// One V2 histogram for each stage that has events, [`Stage::Knowledge`] left out.
+    /// One V2 histogram for each stage that has events, in their order, [`Stage::Knowledge`] left out.
     pub stages: Vec<(Stage, Vec<u8>)>,
     /// Time to knowledge, one V2 histogram for each slice of the interval (by the time of the
     /// application; what comes after the end is in the last). Empty slices are empty.

@@ -383,6 +383,65 @@ fn without_stamps_only_time_to_knowledge_is_recorded() {
     }
 }
 
+/// Hops that a change of `from` comes over to `to`, by what the strategy says.
+fn hops(strategy: StrategyKind, view: &FleetView<'_>, from: CraftId, to: CraftId) -> usize {
+    let parent = |craft: u32| craft.checked_sub(1).map(|below| below / 2);
+    let path = |craft: CraftId| std::iter::successors(Some(craft.0), |&at| parent(at));
+    match strategy {
+        StrategyKind::Central | StrategyKind::CentralBatched => 2,
+        StrategyKind::Hierarchy => {
+            let shared = path(from).filter(|at| path(to).any(|other| other == *at)).count();
+            path(from).count() + path(to).count() - 2 * shared
+        }
+        StrategyKind::Hybrid => {
+            let next =
+                |&at: &CraftId| (at != to).then(|| view.topology.next_hop_over_leaders(at, to));
+            if view.topology.are_grouped(from, to) {
+                1
+            } else {
+                std::iter::successors(Some(from), next).count() - 1
+            }
+        }
+        _ => 1,
+    }
+}
+
+#[test]
+fn time_to_knowledge_is_told_apart_by_the_hops_that_a_change_came_over() {
+    let mut most = 0;
+    for (crafts, seed) in [(2, 1), (5, 3), (12, 7), (40, 9)] {
+        let (network, trace) = (network(crafts, seed), trace(crafts, seed, 20_000));
+        let view = network.view();
+        for strategy in STRATEGIES.into_iter().filter(|&strategy| strategy != StrategyKind::Null) {
+            let (_, played) = play(&spec(strategy, 16), &network, &trace, 50_000);
+            for (report, receiver) in played.reports.iter().zip((0..crafts).map(CraftId)) {
+                let mut wanted = [0_u64; Stage::BY_HOPS.len()];
+                for (part, origin) in trace.iter().zip((0..).map(CraftId)) {
+                    let writes = part.iter().filter(|record| record.holds().is_some());
+                    let needed = writes
+                        .filter(|record| {
+                            let target = view.board(origin).target_on(record.fact(), receiver);
+                            target.is_some()
+                        })
+                        .count();
+                    if needed > 0 {
+                        let hops = hops(strategy, &view, origin, receiver);
+                        most = most.max(hops);
+                        wanted[hops.min(wanted.len()) - 1] += needed as u64;
+                    }
+                }
+                let found = Stage::BY_HOPS.map(|hops| stage(report, hops).len());
+                assert_eq!(found, wanted, "{strategy}, {crafts} crafts, {receiver}");
+                let all = Stage::BY_HOPS.map(|hops| stage(report, hops)).into_iter();
+                let max = all.filter(|times| !times.is_empty()).map(|times| times.max()).max();
+                let known = knowledge(report);
+                assert_eq!(max.unwrap_or(0), known.max(), "{strategy}");
+            }
+        }
+    }
+    assert!(most > Stage::BY_HOPS.len(), "some came over more than are told apart");
+}
+
 #[test]
 fn shares_add_up_to_every_application() {
     let (network, trace) = (network(5, 3), trace(5, 3, 20_000));

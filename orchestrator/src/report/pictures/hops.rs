@@ -29,7 +29,7 @@ pub fn hops(summary: &Summary) -> Vec<Picture> {
         name: "hops",
         title: "Delay of hops",
         about: "What a sample takes to wake its receiver, for one hop on the same core and across cores, \
-                and along a path of several.",
+                and along a path of several; by their number: see time to knowledge by hops.",
         note: "Marker: median; bars: p90 and p99, left out where fewer than ten samples lie beyond. n is \
                the number of samples. Work of relays between hops is not in the sum.",
         legend: Vec::new(),

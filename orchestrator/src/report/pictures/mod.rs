@@ -4,6 +4,7 @@
 //! too little says so in its place. Not here: how charts are drawn (see [`super::svg`]), and where the
 //! files go (see [`super::page`]).
 
+pub mod by_hops;
 pub mod capacity;
 pub mod hops;
 pub mod knowledge;
@@ -29,6 +30,7 @@ use crate::results::summary::Summary;
 pub fn gallery(run: &RunData, summary: &Summary, published: &[PublishedMean]) -> Vec<Picture> {
     let mut pictures = knowledge::knowledge(run, summary);
     pictures.extend(shares::shares(summary));
+    pictures.extend(by_hops::by_hops(summary));
     pictures.extend(hops::hops(summary));
     pictures.extend(staleness::staleness(summary));
     pictures.extend(capacity::capacity(summary));

@@ -104,7 +104,17 @@ fn loads_have_curves_shares_hops_staleness_and_capacity() {
     leave_loads(place.path(), 1, 3, 5000, 1.3);
     let pictures = pictures_of(place.path());
     let names: Vec<&str> = pictures.iter().map(|picture| picture.name.as_str()).collect();
-    assert_eq!(names, ["knowledge-10", "shares-10", "hops-10", "staleness-10", "capacity"]);
+    assert_eq!(
+        names,
+        [
+            "knowledge-10",
+            "shares-10",
+            "knowledge-by-hops-10",
+            "hops-10",
+            "staleness-10",
+            "capacity",
+        ]
+    );
     let of = |name: &str| pictures.iter().find(|picture| picture.name == name).unwrap();
     let knowledge = of("knowledge-10");
     // 15,000 events carry 99.9 and no more.
@@ -119,6 +129,11 @@ fn loads_have_curves_shares_hops_staleness_and_capacity() {
     );
     assert!(knowledge.document().contains("whisker s-boundary"));
     assert!(has(of("shares-10"), "wake 62") && has(of("shares-10"), "from p99 on"));
+    let by_hops = of("knowledge-by-hops-10");
+    assert!(has(by_hops, "boundary at common n 15000 (1 hop)"));
+    assert!(has(by_hops, "central-batched at common n 15000 (2 hops)"));
+    assert!(by_hops.document().contains("whisker s-boundary"));
+    assert!(!texts(by_hops).contains(&"3".to_owned()), "nothing came over three hops");
     assert!(has(of("hops-10"), "one hop, other core") && has(of("hops-10"), "n 15000"));
     assert!(has(of("staleness-10"), "reads that missed a write"));
     assert!(has(of("capacity"), "n 3 blocks"));

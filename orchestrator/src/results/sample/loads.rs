@@ -54,6 +54,8 @@ pub(crate) fn load(
             (Stage::WakeSameCore, stage(7_000)),
             (Stage::WakeOtherCore, stage(27_000)),
             (Stage::Apply, stage(200)),
+            // Strategies that pass nothing on: one hop, or two through the centre.
+            (Stage::BY_HOPS[usize::from(cell.strategy.has_centre())], merged(&knowledge)),
             (Stage::RecordsPerSample, histogram_of((0..needed).map(|number| 1 + number % 2))),
         ]);
     }
