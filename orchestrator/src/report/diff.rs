@@ -2,7 +2,7 @@
 
 use super::table::{Table, column, exact, short, wrap};
 use super::{Look, Report};
-use crate::results::diff::{Diff, TimeDifference};
+use crate::results::diff::{Diff, TimeDifference, Uncompared};
 use crate::results::inference::Verdict;
 use serde::Serialize;
 
@@ -71,7 +71,8 @@ impl Difference {
                 .map(|(what, before, after)| format!("{what} ({before}; {after})"))
                 .collect();
             let what = format!(
-                "differ in {}: no absolute verdict; every time is over that of `null` of its own run",
+                "differ in {}: no absolute verdict; turns and CPU are over those of `null` of their own \
+                 run, time to knowledge over the raw hop of its own block",
                 differ.join(", ")
             );
             text += &wrap("hosts     ", &what);
@@ -125,6 +126,22 @@ impl Difference {
         }
         table.render(look.colour)
     }
+
+    /// What both measured and is not compared, a line each.
+    fn uncompared(&self) -> String {
+        let mut text = String::new();
+        for same in self
+            .diff
+            .uncompared
+            .chunk_by(|one, other| (one.metric, one.why) == (other.metric, other.why))
+        {
+            let sizes: Vec<String> = same.iter().map(|one| one.size.to_string()).collect();
+            let Uncompared { metric, why, .. } = &same[0];
+            let what = format!("{metric}, {} crafts: {why}", sizes.join(", "));
+            text += &wrap("not compared  ", &what);
+        }
+        text
+    }
 }
 
 /// What is said of a ratio of two runs, in a word.
@@ -145,6 +162,7 @@ impl Report for Difference {
         text += &self.hosts();
         text += "\n";
         text += &self.times(look);
+        text += &self.uncompared();
         text += "\n";
         let legend = "WORSE and better: the interval excludes 1, the ratio is beyond the distance of a strategy from \
                       itself (floor), and p, corrected, is below 0.05; few: too few blocks for that; \
@@ -212,7 +230,10 @@ impl Report for Difference {
             let (low, high) = time.comparison.interval.unzip();
             let number = |value: Option<f64>| value.map_or_else(none, |value| value.to_string());
             write([
-                if time.is_relative { "times over null" } else { "times" }.to_owned(),
+                time.over.map_or_else(
+                    || "times".to_owned(),
+                    |what| format!("times over {}", what.name()),
+                ),
                 time.size.to_string(),
                 time.strategy.to_string(),
                 time.load.clone(),

@@ -71,6 +71,7 @@ fn sentence(event: &Event) -> Option<String> {
         | Event::FleetReady { .. }
         | Event::FleetDone { .. }
         | Event::HostChecked { .. }
+        | Event::BaselineMeasured { .. }
         | Event::EpochDone { .. }
         | Event::Ended { .. } => None,
     }

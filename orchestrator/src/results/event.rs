@@ -1,5 +1,6 @@
 //! What happened in a run besides its measurements: the lines of `events.jsonl`.
 
+use super::baseline::Baseline;
 use super::host::HostCheck;
 use super::record::{Cell, TrialEnd};
 use serde::{Deserialize, Serialize};
@@ -69,6 +70,16 @@ pub enum Event {
         /// As measured.
         #[serde(flatten)]
         check: HostCheck,
+    },
+    /// What a raw hop took before and after a block's fleet.
+    BaselineMeasured {
+        /// Which launch.
+        block: u32,
+        /// Crafts, a centre not counted.
+        size: u32,
+        /// As measured.
+        #[serde(flatten)]
+        baseline: Baseline,
     },
     /// Everything that was planned for a fleet is done and kept.
     FleetDone {

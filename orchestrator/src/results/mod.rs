@@ -4,6 +4,7 @@
 //! state it was left; [`summary`] computes every figure from what was read, and nothing else does.
 //! Reports (see [`crate::report`]) only show figures. Not here: how anything is measured.
 
+pub mod baseline;
 pub mod borne;
 mod complete;
 pub mod crafts;

@@ -242,7 +242,8 @@ fn kept_events(text: &str, done: &BTreeSet<FleetKey>) -> Vec<u8> {
             | Event::FleetReady { block, size, .. }
             | Event::FleetDone { block, size, .. }
             | Event::EpochDone { cell: Cell { block, size, .. }, .. }
-            | Event::HostChecked { block, size, .. } => done.contains(&(size, block)),
+            | Event::HostChecked { block, size, .. }
+            | Event::BaselineMeasured { block, size, .. } => done.contains(&(size, block)),
             Event::CraftLost { .. }
             | Event::CraftRestarted { .. }
             | Event::Discrepancy { .. }

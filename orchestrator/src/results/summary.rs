@@ -5,6 +5,7 @@
 //! times and costs, how the run ended, what is missing. Means and ratios are over the trials that
 //! came to an end of their own; the others are counted.
 
+use super::baseline::{BlockBaseline, baselines};
 use super::crafts::{CraftCell, craft_cells};
 use super::event::{Event, EventLine};
 use super::faults::CampaignFigures;
@@ -99,6 +100,9 @@ pub struct Timing {
     pub reasoning: Vec<ReasoningCell>,
     /// Whether the host was quiet.
     pub host: HostReport,
+    /// What a raw hop took around every block; absent where none was measured.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub baselines: Vec<BlockBaseline>,
     /// The timing cells as recorded.
     pub records: Vec<TimingRecord>,
     /// The cells of open mode as recorded.
@@ -172,6 +176,7 @@ impl Summary {
             loads,
             reasoning: reasoning_cells(&run.trials),
             host,
+            baselines: baselines(&run.events),
             records: run.timings.iter().map(|timed| timed.record.clone()).collect(),
             load_records: run.loads.iter().map(|cell| cell.record.clone()).collect(),
             capacities: run.capacities.clone(),
@@ -232,6 +237,7 @@ fn is_incident(event: &Event) -> bool {
         | Event::FleetReady { .. }
         | Event::FleetDone { .. }
         | Event::HostChecked { .. }
+        | Event::BaselineMeasured { .. }
         | Event::EpochDone { .. }
         | Event::Ended { .. } => false,
     }

@@ -9,6 +9,7 @@
 //! records alone.
 
 pub mod backend;
+mod baseline;
 pub mod capacity;
 pub mod demand;
 mod epoch;
@@ -45,6 +46,7 @@ use crate::scenario::SimulatedLink;
 use crate::supervision::signals::Signals;
 use agent::simulation::Simulation;
 use backend::{Backend, SimulatedFleet};
+use baseline::Hops;
 use epoch::Rules;
 use guard::{Sample, Spin};
 use plan::{FleetPlan, RunPlan};
@@ -169,6 +171,7 @@ impl<'a> Runner<'a> {
         let is_measured =
             self.plan.timing.is_some() || self.plan.open.is_some() || self.plan.capacity.is_some();
         let spin_before = is_measured.then(Spin::run);
+        let hops_before = self.raw_hops(plan)?;
         let mut fleet = match RealFleet::launch(options, launcher, signals) {
             Ok(fleet) => fleet,
             Err(error) => return self.end_early(plan, "starting the fleet", error),
@@ -186,8 +189,26 @@ impl<'a> Runner<'a> {
         {
             let check = before.until(&after, (spin_before, Spin::run()));
             self.store.event(Event::HostChecked { block, size, check })?;
+            if let Some((before, after)) = hops_before.zip(self.raw_hops(plan)?) {
+                let baseline = before.until(&after);
+                self.store.event(Event::BaselineMeasured { block, size, baseline })?;
+            }
         }
         Ok(ended)
+    }
+
+    /// The raw hop of the host, while no fleet lives; only where loads will need it.
+    fn raw_hops(&mut self, plan: &FleetPlan) -> Result<Option<Hops>, StoreError> {
+        if plan.loads.is_empty() && plan.searched.is_empty() {
+            return Ok(None);
+        }
+        match Hops::measure(&plan.placement, plan.scenario.craft_count()) {
+            Ok(hops) => Ok(Some(hops)),
+            Err(error) => {
+                self.note(format!("no raw baseline could be measured: {error}"))?;
+                Ok(None)
+            }
+        }
     }
 
     /// Measures what the plan wants of a fleet that has played its trials.

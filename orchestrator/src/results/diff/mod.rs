@@ -3,9 +3,9 @@
 //! Counts are compared trial by trial wherever both runs played the same experiment; one difference is a
 //! regression, whichever way it goes. Times are paired by block and stand by the rules of any winner
 //! (see [`super::inference`]), the distance of a strategy from itself in either run as floor. Between
-//! two hosts no absolute verdict is given: there every time is divided by that of strategy `null` in the
-//! same block first, which sends nothing and so is what the host takes to move a turn. Not here: how it
-//! is shown.
+//! two hosts no absolute verdict is given: there every time is divided first by what its own host takes
+//! without us, in the same block: turns by those of strategy `null`, which sends nothing, time to
+//! knowledge by the raw hop. Not here: how it is shown.
 
 mod counts;
 mod times;
@@ -14,7 +14,7 @@ mod times;
 mod tests;
 
 pub use counts::CountDifference;
-pub use times::TimeDifference;
+pub use times::{TimeDifference, Uncompared, Yardstick};
 
 use super::host::HostReport;
 use super::read::RunData;
@@ -42,8 +42,11 @@ pub struct Diff {
     pub counts_compared: u64,
     /// Where counts of the same experiment are not equal.
     pub counts: Vec<CountDifference>,
-    /// Every time that both measured.
+    /// Every time that both measured and that may be compared.
     pub times: Vec<TimeDifference>,
+    /// The others.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub uncompared: Vec<Uncompared>,
 }
 
 impl Diff {
@@ -66,8 +69,8 @@ impl Diff {
         } else {
             (0, Vec::new())
         };
-        let times = times::differences(before, after, &common);
-        Self { common, counts_compared, counts, times }
+        let (times, uncompared) = times::differences(before, after, &common);
+        Self { common, counts_compared, counts, times, uncompared }
     }
 
     /// A regression if counts differ or a time is worse beyond doubt.

@@ -1,11 +1,13 @@
 //! Two runs made up for tests: equal ones, one that counts otherwise, a slower one, another host.
 
-use super::Diff;
+use super::{Diff, TimeDifference, Uncompared, Yardstick};
 use crate::outcome::Outcome;
+use crate::results::event::Event;
 use crate::results::inference::Verdict;
 use crate::results::read::{RunData, read_run};
 use crate::results::record::Digest;
 use crate::results::sample;
+use shared_types::wire::Stage;
 
 /// A complete run of two sizes.
 fn counted() -> RunData {
@@ -115,7 +117,81 @@ fn between_hosts_only_ratios_to_their_own_floor_count() {
     assert_eq!(here.outcome(), Outcome::Regression, "on one host three times slower is");
     let there = Diff::of(&before, &on_another_host(slow_host));
     assert_eq!(there.outcome(), Outcome::Success, "{:?}", worse(&there));
-    assert!(there.times.iter().all(|time| time.is_relative && time.strategy.name() != "null"));
+    let is_over_null = |time: &TimeDifference| time.over == Some(Yardstick::Null);
+    assert!(there.times.iter().all(|time| is_over_null(time) && time.strategy.name() != "null"));
+    assert_eq!(there.uncompared, []);
     let costly = Diff::of(&before, &on_another_host(timed(2, 14, 1.6)));
     assert!(worse(&costly).contains(&("full".to_owned(), "turn time p50")), "{:?}", costly.times);
+}
+
+/// Times to knowledge over `blocks` blocks; `full` takes `factor` times as long as `boundary`.
+fn loaded(number: u32, blocks: u32, factor: f64) -> RunData {
+    let folder = tempfile::tempdir().expect("a folder");
+    sample::leave_loads(&folder.path().join("run"), number, blocks, 2_000, factor);
+    read_run(&folder.path().join("run")).expect("a run")
+}
+
+/// The same run where every hop of the kernel takes `factor` times as long.
+fn on_a_slower_host(mut run: RunData, factor: u64) -> RunData {
+    for cell in &mut run.loads {
+        for stage in cell.record.stages.values_mut() {
+            stage.quantiles.iter_mut().for_each(|point| point.value_ns *= factor);
+        }
+        cell.record.fleet_cpu_ns *= factor;
+    }
+    for line in &mut run.events {
+        if let Event::BaselineMeasured { baseline, .. } = &mut line.event {
+            baseline.before.p50_ns *= factor;
+            baseline.after.p50_ns *= factor;
+        }
+    }
+    on_another_host(run)
+}
+
+#[test]
+fn time_to_knowledge_of_two_hosts_is_compared_over_the_raw_hop_of_each() {
+    let before = loaded(1, 14, 1.2);
+    let alike = Diff::of(&before, &on_a_slower_host(loaded(2, 14, 1.2), 3));
+    let knowledge = |diff: &Diff| -> Vec<(String, &'static str, f64)> {
+        let times = diff.times.iter().filter(|time| time.over == Some(Yardstick::RawHop));
+        times.map(|time| (time.strategy.to_string(), time.metric, time.comparison.ratio)).collect()
+    };
+    assert_eq!(knowledge(&alike).len(), 2 * 3, "two quantiles of all that send: {alike:?}");
+    assert!(knowledge(&alike).iter().all(|one| (one.2 - 1.0).abs() < 0.05), "{alike:?}");
+    assert_eq!(alike.outcome(), Outcome::Success, "{:?}", worse(&alike));
+    let costly = Diff::of(&before, &on_a_slower_host(loaded(2, 14, 1.8), 3));
+    assert!(worse(&costly).contains(&("full".to_owned(), "knowledge p50")), "{:?}", costly.times);
+    assert!(worse(&costly).iter().all(|(strategy, _)| strategy == "full"));
+    let full = knowledge(&costly)
+        .into_iter()
+        .find(|one| (one.0.as_str(), one.1) == ("full", "knowledge p50"));
+    let (.., ratio) = full.expect("it is compared");
+    assert!((ratio - 1.5).abs() < 0.1, "1.8 of 1.2: {ratio}");
+    assert_eq!(costly.outcome(), Outcome::Regression);
+    let few = Diff::of(&loaded(1, 3, 1.2), &on_a_slower_host(loaded(2, 3, 1.8), 3));
+    assert_eq!((knowledge(&few).len(), few.outcome()), (6, Outcome::Success), "too few blocks");
+}
+
+#[test]
+fn without_a_raw_baseline_time_to_knowledge_of_two_hosts_is_not_compared() {
+    let mut bare = on_a_slower_host(loaded(2, 14, 1.2), 3);
+    for cell in bare.loads.iter_mut().filter(|cell| cell.record.cell.strategy.name() == "full") {
+        let knowledge = cell.record.stages.get_mut(&Stage::Knowledge).expect("it is known");
+        knowledge.quantiles.iter_mut().for_each(|point| point.value_ns *= 2);
+    }
+    bare.events.retain(|line| !matches!(line.event, Event::BaselineMeasured { .. }));
+    for (before, after) in [(loaded(1, 14, 1.2), bare.clone()), (bare, loaded(1, 14, 1.2))] {
+        let diff = Diff::of(&before, &after);
+        assert!(diff.times.iter().all(|time| time.metric == "CPU an application"));
+        let of = |metric| Uncompared { metric, size: 10, why: "a run has no raw baseline" };
+        for metric in ["knowledge p50", "knowledge p99"] {
+            assert!(diff.uncompared.contains(&of(metric)), "{:?}", diff.uncompared);
+        }
+        let capacity = diff.uncompared.iter().find(|one| one.metric == "time a write at capacity");
+        assert_eq!(capacity.map(|one| one.why), Some("has no yardstick of the host alone"));
+        assert_eq!(diff.outcome(), Outcome::Success);
+    }
+    let here = Diff::of(&loaded(1, 14, 1.2), &loaded(2, 14, 1.8));
+    assert!(here.uncompared.is_empty(), "on one host nothing needs it");
+    assert!(worse(&here).contains(&("full".to_owned(), "knowledge p50")));
 }

@@ -1,6 +1,11 @@
 //! Times and costs of two runs, paired by block.
+//!
+//! Between two hosts each is first divided by what its own host takes without us: turns and CPU by
+//! `null` in the same block, time to knowledge by the block's raw hop. What has no such yardstick, or
+//! whose run lacks it, is named and not compared.
 
 use super::Common;
+use crate::results::baseline::raw_hops;
 use crate::results::inference::{Comparison, Pairing, Verdict, compare, hodges_lehmann};
 use crate::results::read::RunData;
 use crate::results::record::Label;
@@ -8,7 +13,7 @@ use crate::results::statistics::{Quantile, as_float};
 use serde::Serialize;
 use shared_types::rng::{Purpose, Stream};
 use shared_types::wire::{Stage, StrategyKind};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Streams of these comparisons are numbered from here, apart from those of other figures.
 const FIRST_STREAM: u32 = 5000;
@@ -26,13 +31,54 @@ pub struct TimeDifference {
     pub asks_every_ns: Option<u64>,
     /// What was measured.
     pub metric: &'static str,
-    /// Whether both sides were divided by `null` of their own host first.
-    pub is_relative: bool,
+    /// What of their own hosts both sides were divided by first; absent on one host.
+    pub over: Option<Yardstick>,
     /// What the blocks say.
     #[serde(flatten)]
     pub comparison: Comparison,
     /// Whether it is worse beyond doubt.
     pub is_regression: bool,
+}
+
+/// What a host takes without us.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Yardstick {
+    /// The same processes, wake-ups and ledger under strategy `null`, which sends nothing.
+    Null,
+    /// A datagram between two threads that sleep until it comes.
+    RawHop,
+}
+
+impl Yardstick {
+    /// The name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Null => "null",
+            Self::RawHop => "raw hop",
+        }
+    }
+
+    /// That of `metric`; `None` where there is none.
+    fn of(metric: &str) -> Option<Self> {
+        match metric {
+            "knowledge p50" | "knowledge p99" => Some(Self::RawHop),
+            "time a write at capacity" => None,
+            _ => Some(Self::Null),
+        }
+    }
+}
+
+/// What both runs measured and is not compared, because a host's own yardstick is missing.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct Uncompared {
+    /// What was measured.
+    pub metric: &'static str,
+    /// Crafts, a centre not counted.
+    pub size: u32,
+    /// What is missing.
+    pub why: &'static str,
 }
 
 /// What is measured of a block: size, load, asking interval, metric.
@@ -48,35 +94,43 @@ struct Family {
     pairings: Vec<Pairing>,
 }
 
-/// Every time that both runs have; between two hosts only what has a floor on its own host.
+/// Every time that both runs have, and what of it is not compared: between two hosts only what has a
+/// yardstick on its own host is.
 pub(super) fn differences(
     before: &RunData,
     after: &RunData,
     common: &Common,
-) -> Vec<TimeDifference> {
+) -> (Vec<TimeDifference>, Vec<Uncompared>) {
     let is_relative = !common.hosts.is_empty();
     let (then, now) = (values(before), values(after));
+    let mut uncompared = BTreeSet::new();
     // What is measured alike is one family of comparisons.
     let mut families: BTreeMap<&'static str, Family> = BTreeMap::new();
     let mut number = FIRST_STREAM;
     let seed = before.provenance.as_ref().map_or(0, |provenance| provenance.seed);
-    for (what, before) in &then {
-        let Some(after) = now.get(what) else { continue };
-        let floor = floor(before, after);
-        for (label, values_before) in before.iter().filter(|(label, _)| label.again == 0) {
-            let Some(values_after) = after.get(label) else { continue };
-            let (then, now) = if is_relative {
-                let is_floor = label.strategy == StrategyKind::Null;
-                let null = Label::first(StrategyKind::Null);
-                let (Some(then), Some(now)) = (before.get(&null), after.get(&null)) else {
-                    continue;
-                };
-                if is_floor {
+    for (what, of_before) in &then {
+        let Some(of_after) = now.get(what) else { continue };
+        let floor = floor(of_before, of_after);
+        let yardsticks = if is_relative {
+            let both = yardstick(before, what, of_before)
+                .and_then(|then| Ok((then, yardstick(after, what, of_after)?)));
+            match both {
+                Ok(both) => Some(both),
+                Err(why) => {
+                    uncompared.insert(Uncompared { metric: what.3, size: what.0, why });
                     continue;
                 }
-                (over(values_before, then), over(values_after, now))
-            } else {
-                (values_before.clone(), values_after.clone())
+            }
+        } else {
+            None
+        };
+        for (label, values_before) in of_before.iter().filter(|(label, _)| label.again == 0) {
+            let Some(values_after) = of_after.get(label) else { continue };
+            let (then, now) = match &yardsticks {
+                // It is its own yardstick, or sends nothing that could be known.
+                Some(_) if label.strategy == StrategyKind::Null => continue,
+                Some((then, now)) => (over(values_before, then), over(values_after, now)),
+                None => (values_before.clone(), values_after.clone()),
             };
             number += 1;
             let stream = Stream::new(seed, what.0, Purpose::Bootstrap, number);
@@ -89,7 +143,7 @@ pub(super) fn differences(
     let compared = families.into_values().flat_map(|Family { names, pairings }| {
         names.into_iter().zip(compare(pairings, common.is_clean))
     });
-    compared
+    let compared = compared
         .filter_map(|(((size, load, asks_every_ns, metric), strategy), comparison)| {
             let comparison = comparison?;
             let is_regression = comparison.verdict == Verdict::Winner && comparison.ratio > 1.0;
@@ -99,12 +153,33 @@ pub(super) fn differences(
                 load,
                 asks_every_ns,
                 metric,
-                is_relative,
+                over: if is_relative { Yardstick::of(metric) } else { None },
                 comparison,
                 is_regression,
             })
         })
-        .collect()
+        .collect();
+    (compared, uncompared.into_iter().collect())
+}
+
+/// By block what the host of `run` takes for `what` without us, or why that is not known.
+fn yardstick(
+    run: &RunData,
+    what: &What,
+    values: &BTreeMap<Label, BTreeMap<u32, f64>>,
+) -> Result<BTreeMap<u32, f64>, &'static str> {
+    let (size, _, _, metric) = what;
+    match Yardstick::of(metric) {
+        None => Err("has no yardstick of the host alone"),
+        Some(Yardstick::Null) => {
+            let null = values.get(&Label::first(StrategyKind::Null));
+            null.filter(|blocks| !blocks.is_empty()).cloned().ok_or("a run has no strategy `null`")
+        }
+        Some(Yardstick::RawHop) => {
+            let hops = raw_hops(&run.events, *size);
+            if hops.is_empty() { Err("a run has no raw baseline") } else { Ok(hops) }
+        }
+    }
 }
 
 /// The distance of one strategy from itself in the run in which it is larger, block by block.

@@ -2,6 +2,7 @@
 
 use super::{provenance, traffic};
 use crate::outcome::Outcome;
+use crate::results::baseline::{Baseline, RawHops};
 use crate::results::event::Event;
 use crate::results::host::HostCheck;
 use crate::results::load::{CapacityRecord, LoadHistograms, LoadRecord, Probe, Saturation};
@@ -142,11 +143,25 @@ pub(crate) fn leave_loads(
 ) -> Summary {
     let mut store =
         Store::create(Place::Exactly(directory), &provenance(), "").expect("the disk takes it");
-    let mut draws = Stream::new(u64::from(run), 0, Purpose::Test, 78);
+    let stream = |number| Stream::new(u64::from(run), 0, Purpose::Test, number);
+    let (mut draws, mut draws_of_hops) = (stream(78), stream(79));
     for block in 0..blocks {
         let fleet_factor = 1.0 + 0.4 * draws.unit();
         let check = HostCheck { measured_ns: 1, ..HostCheck::default() };
         store.event(Event::HostChecked { block, size: 10, check }).expect("the disk takes it");
+        let hops = |draw: f64| {
+            let p50_ns = super::scaled(20_000, fleet_factor * (1.0 + 0.02 * draw));
+            RawHops { n: 2_000, p50_ns, p99_ns: 2 * p50_ns }
+        };
+        let baseline = Baseline {
+            processors: [0, 1],
+            bytes: 128,
+            warm_up: 500,
+            before: hops(draws_of_hops.unit()),
+            after: hops(draws_of_hops.unit()),
+        };
+        let event = Event::BaselineMeasured { block, size: 10, baseline };
+        store.event(event).expect("the disk takes it");
         for label in LOADED {
             let own = if label.strategy == StrategyKind::Full { slowdown } else { 1.0 };
             let factor = own * fleet_factor * (1.0 + 0.02 * draws.unit());
