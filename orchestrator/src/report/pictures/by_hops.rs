@@ -90,7 +90,9 @@ fn panel(title: &str, lines: &[Shown<'_>], (quantile, words): (Quantile, &str)) 
     let Some(y) = Bounds::around(Spread::Log, heights) else {
         return Panel::Nothing(no_values(&title, lines));
     };
-    let last = points().map(|point| point.x).fold(1.0, f64::max);
+    // The panels of a load have one axis, also where few events carry no 99th percentile.
+    let hops = lines.iter().flat_map(|line| line.row.by_hops()).map(|over| f64::from(over.hops));
+    let last = hops.fold(1.0, f64::max);
     let x = Bounds::between(Spread::Linear, 0.5, last + 0.5);
     let ticks = (1..).map(f64::from).zip(HOPS).take_while(|(hops, _)| *hops <= last);
     let ticks = ticks.map(|(hops, name)| (hops, name.to_owned())).collect();

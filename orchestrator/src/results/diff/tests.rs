@@ -159,6 +159,8 @@ fn time_to_knowledge_of_two_hosts_is_compared_over_the_raw_hop_of_each() {
     assert_eq!(knowledge(&alike).len(), 2 * 3, "two quantiles of all that send: {alike:?}");
     assert!(knowledge(&alike).iter().all(|one| (one.2 - 1.0).abs() < 0.05), "{alike:?}");
     assert_eq!(alike.outcome(), Outcome::Success, "{:?}", worse(&alike));
+    let of_centre = |time: &&TimeDifference| time.strategy.has_centre();
+    assert_eq!(alike.times.iter().filter(of_centre).count(), 3, "CPU is over null there too");
     let costly = Diff::of(&before, &on_a_slower_host(loaded(2, 14, 1.8), 3));
     assert!(worse(&costly).contains(&("full".to_owned(), "knowledge p50")), "{:?}", costly.times);
     assert!(worse(&costly).iter().all(|(strategy, _)| strategy == "full"));

@@ -112,8 +112,8 @@ pub(super) fn differences(
         let Some(of_after) = now.get(what) else { continue };
         let floor = floor(of_before, of_after);
         let yardsticks = if is_relative {
-            let both = yardstick(before, what, of_before)
-                .and_then(|then| Ok((then, yardstick(after, what, of_after)?)));
+            let both = yardstick(before, &then, what)
+                .and_then(|before| Ok((before, yardstick(after, &now, what)?)));
             match both {
                 Ok(both) => Some(both),
                 Err(why) => {
@@ -165,14 +165,16 @@ pub(super) fn differences(
 /// By block what the host of `run` takes for `what` without us, or why that is not known.
 fn yardstick(
     run: &RunData,
+    values: &Values,
     what: &What,
-    values: &BTreeMap<Label, BTreeMap<u32, f64>>,
 ) -> Result<BTreeMap<u32, f64>, &'static str> {
-    let (size, _, _, metric) = what;
+    let (size, load, _, metric) = what;
     match Yardstick::of(metric) {
         None => Err("has no yardstick of the host alone"),
         Some(Yardstick::Null) => {
-            let null = values.get(&Label::first(StrategyKind::Null));
+            // It asks no centre.
+            let beside = values.get(&(*size, load.clone(), None, *metric));
+            let null = beside.and_then(|labels| labels.get(&Label::first(StrategyKind::Null)));
             null.filter(|blocks| !blocks.is_empty()).cloned().ok_or("a run has no strategy `null`")
         }
         Some(Yardstick::RawHop) => {
