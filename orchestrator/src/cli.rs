@@ -7,7 +7,7 @@ mod explain;
 mod simulate;
 mod solve;
 
-pub use campaign::CampaignArguments;
+pub use campaign::{CampaignArguments, JanitorStep};
 pub use explain::ExplainArguments;
 pub use simulate::SimulateArguments;
 pub use solve::SolveArguments;

@@ -1,5 +1,6 @@
 //! How lives are to end in a round, and the records that are made of it.
 
+use super::defects;
 use crate::results::faults::{Failure, FaultKind, FaultRecord, RANDOM};
 use crate::run::backend::PlayError;
 use agent::process::doom::{Doom, Point};
@@ -16,6 +17,8 @@ pub(super) type Lives = BTreeMap<(CraftId, u32), Fate>;
 pub(super) enum Fate {
     /// By SIGKILL from outside, at an instant.
     Struck,
+    /// The same, and what kills at rare moments leave was planted.
+    Planted,
     /// By itself.
     Doomed(Doom),
     /// By itself, if it ever comes to the point: nobody waits for it any more.
@@ -54,6 +57,7 @@ impl Setting {
     pub(super) fn of_fate(&self, fate: Fate, craft: CraftId) -> FaultRecord {
         let point = match fate {
             Fate::Struck => RANDOM,
+            Fate::Planted => defects::POINT,
             Fate::Doomed(doom) | Fate::PutOff(doom) => doom.point.name(),
         };
         self.record(FaultKind::KillCraft, point, Some(craft))
@@ -64,7 +68,7 @@ impl Fate {
     /// Whether nobody waits for it before the end of the fleet.
     pub(super) const fn is_at_the_end(&self) -> bool {
         match self {
-            Self::Struck => false,
+            Self::Struck | Self::Planted => false,
             Self::Doomed(doom) => matches!(doom.point, Point::Shutdown),
             Self::PutOff(_) => true,
         }

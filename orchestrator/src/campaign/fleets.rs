@@ -4,6 +4,7 @@
 //! A craft is doomed to a named point when its life is started, so kills come in pairs: a random craft at
 //! a random instant, then its successor at the point that it was doomed to.
 
+use super::defects;
 use super::fate::{Fate, Lives, Setting, failure_of, left_behind};
 use super::stage::Stage;
 use super::{Campaign, Early};
@@ -32,6 +33,9 @@ const DOOMED_AT_LAUNCH: u32 = 2;
 /// Kills at random instants in a round, each followed by that of the successor at a named point.
 const PAIRS_PER_FLEET: u32 = 4;
 
+/// Attempts at a kill after which files are planted: a life may end otherwise, or before it is connected.
+const PLANTINGS_MAX: u32 = 5;
+
 /// Trials in which a fault must have taken effect, once its instant has come.
 const TRIALS_MAX: u32 = 400;
 
@@ -49,6 +53,8 @@ struct Round<'a> {
     stage: Stage<'a>,
     lives: Lives,
     records: Vec<FaultRecord>,
+    /// After whose death files are planted, and the number of its process.
+    to_plant: Option<(CraftId, u32, u32)>,
 }
 
 /// Why a round ends before its plan does.
@@ -84,6 +90,7 @@ impl Campaign<'_> {
             run_ends: self.ends,
             restart: Some(POLICY),
             dooms: dooms.clone(),
+            janitor: self.plan.janitor,
         };
         let fleet = match RealFleet::launch(options, self.launcher, self.signals) {
             Ok(fleet) => fleet,
@@ -101,9 +108,15 @@ impl Campaign<'_> {
         };
         let lives: Lives =
             dooms.into_iter().map(|(victim, doom)| ((victim, 0), Fate::Doomed(doom))).collect();
-        let mut round = Round { setting, fleet, stage, lives, records: Vec::new() };
+        let mut round = Round { setting, fleet, stage, lives, records: Vec::new(), to_plant: None };
         let draws = &mut self.draws;
         let mut cut = round.settle().err();
+        for _ in 0..PLANTINGS_MAX {
+            if cut.is_some() || round.has_planted() {
+                break;
+            }
+            cut = round.kill_and_plant(draws.process(processes), draws.instant_ns()).err();
+        }
         for pair in 0..PAIRS_PER_FLEET {
             if cut.is_some() {
                 break;
@@ -129,6 +142,38 @@ impl Campaign<'_> {
 }
 
 impl Round<'_> {
+    /// Kills `victim` at an instant, and plants what a kill at a rare moment leaves before the janitor comes.
+    fn kill_and_plant(&mut self, victim: CraftId, instant_ns: u64) -> Result<(), Cut> {
+        let life = self.fleet.incarnation(victim).0;
+        self.to_plant = self.fleet.process_id(victim).map(|process| (victim, life, process));
+        self.lives.insert((victim, life), Fate::Struck);
+        let due = clock::now().plus(instant_ns);
+        self.fleet.strike([Strike { due, craft: victim, blow: Blow::Kill }]);
+        self.settle()
+    }
+
+    fn has_planted(&self) -> bool {
+        self.records.iter().any(FaultRecord::has_aged)
+    }
+
+    /// Plants it if one of `lost` is the one that it is planted for.
+    fn plant_after(&mut self, lost: &[CraftEnded]) -> Result<(), PlayError> {
+        let is_lost = |&(victim, life, _): &(CraftId, u32, u32)| {
+            lost.iter().any(|ended| (ended.craft, ended.incarnation.0) == (victim, life))
+        };
+        let Some((victim, life, process)) = self.to_plant.take_if(|planned| is_lost(planned))
+        else {
+            return Ok(());
+        };
+        let planted = defects::plant(self.fleet.paths(), process).map_err(|error| {
+            PlayError::Failed(format!("crash defects cannot be planted: {error}"))
+        })?;
+        if planted {
+            self.lives.insert((victim, life), Fate::Planted);
+        }
+        Ok(())
+    }
+
     /// Kills `victim` at an instant, and its successor where it is doomed to.
     fn kill_pair(&mut self, victim: CraftId, instant_ns: u64, next: Doom) -> Result<(), Cut> {
         let life = self.fleet.incarnation(victim).0;
@@ -149,7 +194,9 @@ impl Round<'_> {
             let played = match self.stage.play(&mut self.fleet) {
                 Err(PlayError::Lost(lost)) => {
                     let who: Vec<CraftEnded> = lost.clone();
-                    self.fleet.recover(lost).map_err(|error| self.cut(error, &who))?;
+                    self.plant_after(&who)
+                        .and_then(|()| self.fleet.recover(lost))
+                        .map_err(|error| self.cut(error, &who))?;
                     None
                 }
                 Err(error) => return Err(self.cut(error, &[])),
@@ -171,7 +218,7 @@ impl Round<'_> {
         // will not, and proves nothing.
         for ((craft, life), fate) in std::mem::take(&mut self.lives) {
             match fate {
-                Fate::Struck => {
+                Fate::Struck | Fate::Planted => {
                     let record = self.setting.of_fate(fate, craft);
                     self.records.push(FaultRecord { took_effect: false, ..record });
                 }
@@ -233,7 +280,8 @@ impl Round<'_> {
             .find(|blow| blow.strike.craft == *craft && blow.strike.blow == Blow::Kill)
             .map(|blow| blow.at);
         // A life that was to die by itself may have been struck before, or the other way round.
-        let fate = planned.filter(|_| doomed.is_some()).unwrap_or(Fate::Struck);
+        let is_sure = doomed.is_some() || matches!(planned, Some(Fate::Planted));
+        let fate = planned.filter(|_| is_sure).unwrap_or(Fate::Struck);
         let mut record = self.setting.of_fate(fate, *craft);
         let killed = doomed.or(struck);
         let is_killed = *how == HowEnded::Killed(Signal::KILL.as_raw());
@@ -242,7 +290,11 @@ impl Round<'_> {
             record.failures.push((Failure::Restart, format!("craft {craft} ended: {how}: {said}")));
         }
         match recovery.reclaimed.as_ref().map(|reclaimed| &reclaimed.result) {
-            Some(Ok(_)) => {}
+            Some(Ok(removed)) if removed.refusals == 0 => {}
+            Some(Ok(removed)) => record.failures.push((
+                Failure::CleanUp,
+                format!("iceoryx2 could not clean up in {} attempts", removed.refusals),
+            )),
             Some(Err(error)) => record.failures.push((Failure::CleanUp, error.to_string())),
             None => record.failures.push((Failure::CleanUp, "the janitor never came".to_owned())),
         }

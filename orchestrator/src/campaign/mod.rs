@@ -2,12 +2,14 @@
 //! promised of them checked after every single fault.
 //!
 //! A campaign is a row of rounds. A round on a fleet (`fleets`) kills crafts of one living fleet, at named
-//! points and at instants that were drawn, stops some for a while, and ends the fleet; a round on an
+//! points and at instants that were drawn, once with what kills at rare moments leave planted beside it
+//! (`defects`), stops some for a while, and ends the fleet; a round on an
 //! orchestrator (`orchestrators`) starts the executable, kills it, and cleans. What is done to whom is
 //! drawn from the seed (`draw`); the instants at which it happens are the host's. Every fault becomes one
 //! record, kept at the end of its round. Not here: the mechanisms (`run::recovery`,
 //! `run::strike`, the janitor), and figures (`results::faults`).
 
+mod defects;
 mod draw;
 mod fate;
 mod fleets;
@@ -27,6 +29,7 @@ use crate::supervision::signals::Signals;
 use draw::Draws;
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
+use shared_types::transport::reclaim::Steps;
 use std::path::PathBuf;
 
 /// The preset that campaigns play.
@@ -47,6 +50,8 @@ pub struct CampaignPlan {
     pub executable: PathBuf,
     /// After how many seconds the campaign ends.
     pub time_limit_s: Option<u32>,
+    /// What the janitor does for crafts that died: without a step the campaign must fail.
+    pub janitor: Steps,
 }
 
 /// About how long a kill takes with everything that is checked after it, s.

@@ -1,6 +1,7 @@
 //! What `campaign` may be told.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use shared_types::transport::reclaim::Steps;
 use std::path::PathBuf;
 
 /// `campaign`.
@@ -25,4 +26,35 @@ pub struct CampaignArguments {
     /// Ends the campaign after so many seconds (exit code 124).
     #[arg(long, value_name = "S")]
     pub time_limit_s: Option<u32>,
+    /// Leaves out one step of the janitor. It exists to test the campaign, which must then fail.
+    #[arg(long, value_name = "STEP")]
+    pub without: Option<JanitorStep>,
+}
+
+/// The name of a step of [`Steps`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum JanitorStep {
+    /// Sweeping what was never finished.
+    Unfinished,
+    /// Forgetting the tags that the dead did not finish.
+    Tags,
+    /// Letting iceoryx2 take the dead off the services.
+    Places,
+    /// Removing by hand what is left.
+    ByHand,
+}
+
+impl JanitorStep {
+    /// All steps but this one.
+    #[must_use]
+    pub const fn left_out(self) -> Steps {
+        let mut steps = Steps::ALL;
+        match self {
+            Self::Unfinished => steps.unfinished = false,
+            Self::Tags => steps.tags = false,
+            Self::Places => steps.places = false,
+            Self::ByHand => steps.by_hand = false,
+        }
+        steps
+    }
 }

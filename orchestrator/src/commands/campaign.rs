@@ -3,7 +3,7 @@
 use super::progress::Line;
 use super::{Refusal, Setting, load_scenario, print_report, program};
 use crate::campaign::{Campaign, CampaignPlan, PRESET};
-use crate::cli::{CampaignArguments, CommonArguments};
+use crate::cli::{CampaignArguments, CommonArguments, JanitorStep};
 use crate::launch::os_process::{CraftErrors, Launcher};
 use crate::launch::placement::Processors;
 use crate::launch::run_root::clean_dead_runs;
@@ -15,6 +15,7 @@ use crate::results::read::read_run;
 use crate::results::store::{Place, Store};
 use crate::run::{Progress as _, estimate};
 use crate::supervision::signals::Signals;
+use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{RunPaths, WakeMode};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -40,6 +41,7 @@ pub fn campaign(arguments: &CampaignArguments, setting: Setting) -> Result<Outco
         // The link names what runs, also if its file was replaced meanwhile.
         executable: PathBuf::from("/proc/self/exe"),
         time_limit_s: arguments.time_limit_s,
+        janitor: arguments.without.map_or(Steps::ALL, JanitorStep::left_out),
     };
     clean_dead_runs(RunPaths::new(0).base()).map_err(|error| refused(&error))?;
     let provenance = Provenance::gather(&identity(&plan));

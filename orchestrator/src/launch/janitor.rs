@@ -15,6 +15,10 @@ use std::thread::JoinHandle;
 /// unfinished file must have.
 const LIMIT_NS: u64 = 5_000_000_000;
 
+/// How long it may take altogether, ns: one that is not done by then waits for ever on something that
+/// was never finished.
+pub const PATIENCE_NS: u64 = 2 * LIMIT_NS;
+
 /// What the janitor achieved, and when it was done.
 #[derive(Debug)]
 pub struct Reclaimed {

@@ -12,6 +12,9 @@ use std::path::PathBuf;
 /// Failures that the first screen tells.
 const FAILURES_SHOWN: usize = 5;
 
+/// The row of recoveries that had to wait until a file was old enough to go.
+const AGED: &str = "reclaimed-aged";
+
 /// Signs of a time.
 const SIGNS: usize = 4;
 
@@ -94,8 +97,9 @@ fn figures_of(row: &SizeFigures) -> Vec<(String, String, &'static str)> {
     if let Some(bound) = row.bound_of_zero {
         all.push(("bound-of-zero".to_owned(), bound.to_string(), "probability"));
     }
-    for (step, times) in &row.times {
-        let name = step.name();
+    let steps = row.times.iter().map(|(step, times)| (step.name(), times));
+    let aged = row.reclaimed_after_ageing.iter().map(|times| (AGED, times));
+    for (name, times) in steps.chain(aged) {
         all.push((format!("{name}-n"), times.n.to_string(), "recovery"));
         for quantile in &times.quantiles {
             let (metric, value) = (format!("{name}-{}", quantile.name), quantile.value_ns);
@@ -165,12 +169,13 @@ fn times(figures: &CampaignFigures) -> Table {
         column("", "max"),
     ]);
     for row in figures.sizes.iter().chain([&figures.all]) {
-        for step in Step::ALL {
-            let Some(times) = row.times.get(&step) else { continue };
+        let steps = Step::ALL.into_iter().map(|step| (step.name(), row.times.get(&step)));
+        for (name, times) in steps.chain([(AGED, row.reclaimed_after_ageing.as_ref())]) {
+            let Some(times) = times else { continue };
             let quantile = |quantile: Quantile| milliseconds(times, quantile);
             table.row(vec![
                 size_of(row),
-                step.name().to_owned(),
+                name.to_owned(),
                 times.n.to_string(),
                 quantile(Quantile::P50),
                 quantile(Quantile::P90),
@@ -221,7 +226,8 @@ fn legend(figures: &CampaignFigures) -> String {
         )
         + &wrap(
             "recovery  ",
-            "noticed: reaped by the supervisor; reclaimed: its places and files are free; known: all \
+            "noticed: reaped by the supervisor; reclaimed: its places and files are free (aged: after \
+             what kills leave at rare moments was planted, of which one file must be 200 ms old); known: all \
              others have given the trial up; restarted: the successor is up; caught-up: it is \
              connected in the next trial. Of an orchestrator: reaped, and cleaned",
         )

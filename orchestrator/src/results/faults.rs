@@ -134,8 +134,20 @@ pub struct FaultRecord {
     pub times_ns: BTreeMap<Step, u64>,
 }
 
+impl FaultRecord {
+    /// Whether its recovery had to wait until a file was old enough to go.
+    #[must_use]
+    pub fn has_aged(&self) -> bool {
+        self.point == CRASH_DEFECTS
+    }
+}
+
 /// The word for an instant that was drawn.
 pub const RANDOM: &str = "random";
+
+/// The point of a kill after which files were planted that kills at rare moments leave. Among them is one
+/// that must age before it may go.
+pub const CRASH_DEFECTS: &str = "crash defects";
 
 /// Figures of a campaign.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -169,8 +181,11 @@ pub struct SizeFigures {
     pub failures: BTreeMap<&'static str, u64>,
     /// Upper bound, at 95 %, of the probability of a failure that never happened: 3 / faults.
     pub bound_of_zero: Option<f64>,
-    /// Times of recoveries, from the kill on, by step.
+    /// Times of recoveries, from the kill on, by step, those apart in which a file had to age.
     pub times: BTreeMap<Step, Distribution>,
+    /// From the kill to reclaimed where a file had to age ([`CRASH_DEFECTS`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reclaimed_after_ageing: Option<Distribution>,
 }
 
 impl SizeFigures {
@@ -179,11 +194,14 @@ impl SizeFigures {
         let count = |counts: &dyn Fn(&FaultRecord) -> bool| {
             effective.iter().filter(|record| counts(record)).count() as u64
         };
-        let times = Step::ALL.into_iter().filter_map(|step| {
+        let times_of = |step: Step, has_aged: bool| {
+            let meant = effective.iter().filter(|record| record.has_aged() == has_aged);
             let times: Vec<u64> =
-                effective.iter().filter_map(|record| record.times_ns.get(&step).copied()).collect();
-            (!times.is_empty()).then(|| (step, Distribution::of(&histogram_of(times))))
-        });
+                meant.filter_map(|record| record.times_ns.get(&step).copied()).collect();
+            (!times.is_empty()).then(|| Distribution::of(&histogram_of(times)))
+        };
+        let times =
+            Step::ALL.into_iter().filter_map(|step| Some((step, times_of(step, false)?))).collect();
         let failures = Failure::ALL.into_iter().map(|failure| {
             let has =
                 |record: &&&FaultRecord| record.failures.iter().any(|(one, _)| *one == failure);
@@ -198,7 +216,8 @@ impl SizeFigures {
             without_effect: (records.len() - effective.len()) as u64,
             failures: failures.collect(),
             bound_of_zero: bound_of_zero(effective.len()),
-            times: times.collect(),
+            times,
+            reclaimed_after_ageing: times_of(Step::Reclaimed, true),
         }
     }
 }
@@ -246,8 +265,8 @@ impl CampaignFigures {
 #[cfg(test)]
 mod tests {
     use super::{
-        BTreeMap, CampaignFigures, Failure, FaultKind, FaultRecord, RANDOM, Step, StrategyKind,
-        WakeMode,
+        BTreeMap, CRASH_DEFECTS, CampaignFigures, Failure, FaultKind, FaultRecord, RANDOM, Step,
+        StrategyKind, WakeMode,
     };
 
     fn record(number: u32, size: u32, point: &str) -> FaultRecord {
@@ -279,6 +298,18 @@ mod tests {
         assert_eq!(figures.sizes.iter().map(|row| row.size).collect::<Vec<_>>(), [5, 10]);
         assert_eq!(figures.points["loan"], 1);
         assert!(!figures.points.contains_key("shutdown"), "it took no effect");
+    }
+
+    #[test]
+    fn recoveries_in_which_a_file_had_to_age_are_timed_apart() {
+        let aged = BTreeMap::from([(Step::Reclaimed, 215_000_000)]);
+        let aged = FaultRecord { times_ns: aged, ..record(1, 5, CRASH_DEFECTS) };
+        let plain = BTreeMap::from([(Step::Reclaimed, 9_000_000)]);
+        let plain = FaultRecord { times_ns: plain, ..record(2, 5, "loan") };
+        let all = CampaignFigures::of(&[aged, plain]).all;
+        assert_eq!(all.times[&Step::Reclaimed].n, 1);
+        assert!(all.times[&Step::Reclaimed].max_ns < 10_000_000);
+        assert!(all.reclaimed_after_ageing.is_some_and(|times| times.max_ns > 200_000_000));
     }
 
     #[test]

@@ -20,6 +20,7 @@ use agent::process::doom::Doom;
 use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
 use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost, IdleWait, Wake};
+use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{Destination, Endpoint, Peers, WakeMode, clock};
 use shared_types::wire::{Class, EpochSpec, HEADER_BYTES, Header, Kind, Traffic};
 use std::collections::BTreeMap;
@@ -51,6 +52,8 @@ pub struct FleetOptions {
     pub restart: Option<RestartPolicy>,
     /// Who kills itself where, in the next life that is started.
     pub dooms: BTreeMap<CraftId, Doom>,
+    /// What the janitor does for crafts that died.
+    pub janitor: Steps,
 }
 
 impl FleetOptions {

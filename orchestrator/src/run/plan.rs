@@ -9,6 +9,7 @@ use crate::supervision::restart::RestartPolicy;
 use crate::workload::Trace;
 use shared_types::time::Nanos;
 use shared_types::transport::WakeMode;
+use shared_types::transport::reclaim::Steps;
 use shared_types::wire::StrategyKind;
 use std::collections::BTreeMap;
 
@@ -214,6 +215,7 @@ impl RunPlan {
             run_ends,
             restart: self.restart,
             dooms: BTreeMap::new(),
+            janitor: Steps::ALL,
         }
     }
 }

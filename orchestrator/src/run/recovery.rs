@@ -11,14 +11,13 @@
 use super::backend::PlayError;
 use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
 use crate::launch::craft_process::CraftProcess;
-use crate::launch::janitor::{Janitor, Reclaimed};
+use crate::launch::janitor::{Janitor, PATIENCE_NS, Reclaimed};
 use crate::supervision::watch::CraftEnded;
 use agent::process::startup::AgentArguments;
-use rustix::event::{PollFd, PollFlags, poll};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use shared_types::ids::{CraftId, Incarnation};
 use shared_types::time::Nanos;
-use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{Destination, Endpoint as _, clock};
 use shared_types::wire::{Class, Header, Kind, MembershipChange};
 use std::collections::BTreeSet;
@@ -161,7 +160,8 @@ impl RealFleet<'_> {
         let buried: Vec<usize> = (0..self.recoveries.len())
             .filter(|&index| self.recoveries[index].reclaimed.is_none())
             .collect();
-        let janitor = Janitor::start(self.root.paths(), Steps::ALL).map_err(failed)?;
+        let janitor = Janitor::start(self.root.paths(), self.options.janitor).map_err(failed)?;
+        let given_up = clock::now().plus(PATIENCE_NS);
         let mut interruption = None;
         while !janitor.is_done() {
             let (processes, signals) = (self.watch.as_fd(), self.signals.as_fd());
@@ -170,7 +170,18 @@ impl RealFleet<'_> {
             let count = if interruption.is_none() { all.len() } else { 1 };
             let mut watched =
                 all.map(|descriptor| PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
-            match poll(&mut watched[..count], None) {
+            let left_ns = given_up.since(clock::now());
+            let left = Timespec {
+                tv_sec: (left_ns / 1_000_000_000).cast_signed(),
+                tv_nsec: (left_ns % 1_000_000_000).cast_signed(),
+            };
+            match poll(&mut watched[..count], Some(&left)) {
+                Ok(0) if clock::now() >= given_up => {
+                    return Err(PlayError::Failed(format!(
+                        "the janitor was not done after {} s: it waits on what was never finished",
+                        PATIENCE_NS / 1_000_000_000
+                    )));
+                }
                 Ok(_) | Err(Errno::INTR) => {}
                 Err(error) => return Err(failed(error.into())),
             }

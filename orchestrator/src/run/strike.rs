@@ -3,6 +3,7 @@
 //! Not here: which faults there are (`campaign`), and what follows from a death (`recovery`).
 
 use super::fleet::RealFleet;
+use crate::launch::craft_process::CraftProcess;
 use agent::process::doom::Doom;
 use rustix::process::Signal;
 use shared_types::ids::{CraftId, Incarnation};
@@ -57,6 +58,12 @@ impl RealFleet<'_> {
     /// Dooms the next life of `craft`.
     pub fn doom(&mut self, craft: CraftId, doom: Doom) {
         self.options.dooms.insert(craft, doom);
+    }
+
+    /// The number of the process that `craft` is at present.
+    #[must_use]
+    pub fn process_id(&self, craft: CraftId) -> Option<u32> {
+        self.watch.process(craft).map(CraftProcess::pid)
     }
 
     /// Which life `craft` lives.

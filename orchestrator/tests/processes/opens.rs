@@ -17,6 +17,7 @@ use shared_types::scenario::Pinning;
 use shared_types::time::Nanos;
 use shared_types::trace::{TraceRecord, to_words};
 use shared_types::transport::memory::MemoryOptions;
+use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{WakeMode, clock};
 use shared_types::wire::{EpochSpec, OpenSpec, StrategyKind, TrialReport};
 
@@ -117,6 +118,7 @@ fn with_fleet<T>(
         run_ends,
         restart: None,
         dooms: std::collections::BTreeMap::new(),
+        janitor: Steps::ALL,
     };
     let mut fleet = RealFleet::launch(options, &launcher, &mut signals).expect("a fleet");
     let processes = fleet.process_ids();

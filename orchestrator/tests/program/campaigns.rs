@@ -1,7 +1,7 @@
 //! Campaigns of faults: short ones that must be clean, what they leave, and how they end early.
 
 use crate::invocation::Place;
-use orchestrator::results::faults::{CampaignFigures, FaultKind, RANDOM};
+use orchestrator::results::faults::{CRASH_DEFECTS, CampaignFigures, Failure, FaultKind, RANDOM};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -18,6 +18,7 @@ fn short_campaign_is_clean_and_reads_back_from_its_directory() {
     assert!(2 * figures.all.named >= figures.all.kills, "half at named points: {figures:?}");
     assert!(results.faults.iter().any(|fault| fault.kind == FaultKind::KillOrchestrator));
     assert!(results.faults.iter().any(|fault| fault.point == RANDOM && fault.took_effect));
+    assert!(figures.points[CRASH_DEFECTS] > 0, "what the janitor is for was planted: {figures:?}");
     let document: Value = serde_json::from_str(&finished.stdout).unwrap();
     assert_eq!(document["timing"]["campaign"]["all"]["kills"], figures.all.kills);
     for form in ["table", "json", "csv"] {
@@ -26,6 +27,43 @@ fn short_campaign_is_clean_and_reads_back_from_its_directory() {
     }
     let histogram = place.files().join("runs/latest/recovery-caught-up.hgrm");
     assert!(std::fs::read_to_string(histogram).unwrap().contains("Total count"));
+}
+
+/// Plays the first fleet of a campaign whose janitor lacks `step`; it must be broken by one of `expected`, in a
+/// recovery after files were planted if `at_planted`.
+#[track_caller]
+fn assert_broken_without(step: &str, expected: &[Failure], at_planted: bool) {
+    let place = Place::for_fleets();
+    let line = format!("campaign --kills 1 --sizes 3 --seed 3 --without {step}");
+    let finished = place.run(&line.split(' ').collect::<Vec<_>>()).expect_code(1);
+    place.assert_nothing_left(&[]);
+    let faults = place.results().unwrap().faults;
+    let meant = faults.iter().filter(|fault| !at_planted || fault.point == CRASH_DEFECTS);
+    let mut failures = meant.flat_map(|fault| fault.failures.iter().map(|(failure, _)| *failure));
+    let named = failures.find(|failure| expected.contains(failure));
+    let named = named.unwrap_or_else(|| panic!("{expected:?} is missing: {finished}"));
+    assert!(finished.stdout.contains(named.name()), "{finished}");
+}
+
+#[test]
+fn campaign_notices_that_nothing_is_swept() {
+    // Whether iceoryx2 waits for ever on the empty segment is its own affair; that it stays is not.
+    assert_broken_without("unfinished", &[Failure::Left, Failure::Hang], true);
+}
+
+#[test]
+fn campaign_notices_that_unfinished_tags_stay() {
+    assert_broken_without("tags", &[Failure::CleanUp], true);
+}
+
+#[test]
+fn campaign_notices_that_places_are_not_freed() {
+    assert_broken_without("places", &[Failure::Restart], false);
+}
+
+#[test]
+fn campaign_notices_that_nothing_is_removed_by_hand() {
+    assert_broken_without("by-hand", &[Failure::Left], true);
 }
 
 #[test]

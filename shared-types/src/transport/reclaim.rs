@@ -58,6 +58,12 @@ impl Steps {
     pub const ALL: Self = Self { unfinished: true, tags: true, places: true, by_hand: true };
 }
 
+impl Default for Steps {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
 /// What was removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Removed {
@@ -67,6 +73,8 @@ pub struct Removed {
     pub files: usize,
     /// Dead processes of which nothing is left.
     pub nodes: usize,
+    /// Attempts before at which iceoryx2 could not clean up, and which by rights never are.
+    pub refusals: usize,
 }
 
 /// Why something could not be removed.
@@ -176,11 +184,13 @@ pub fn reclaim_within(
                 }
             });
         }
+        let mut refusals = 0;
         let ended = loop {
             let attempt = reclaim_dead_nodes(paths, steps);
             if attempt.is_ok() || clock::now() >= given_up {
-                break attempt;
+                break attempt.map(|removed| Removed { refusals, ..removed });
             }
+            refusals += usize::from(matches!(attempt, Err(ReclaimError::Nodes { .. })));
             pause(PAUSE_NS);
         };
         is_done.store(true, Ordering::Relaxed);
@@ -193,10 +203,20 @@ fn pause(duration_ns: i64) {
     let _slept = poll(&mut [], Some(&Timespec { tv_sec: 0, tv_nsec: duration_ns }));
 }
 
-/// Files that belong to processes that are gone, and to nobody else: none after the janitor was there.
+/// Files that belong to processes that are gone, and to nobody else, and those that nobody will finish:
+/// none after the janitor was there.
 ///
 /// # Errors
 /// If something cannot be listed.
 pub fn left_of_the_dead(paths: &RunPaths) -> Result<Vec<PathBuf>, ReclaimError> {
-    dead::left_of_the_dead(paths)
+    let mut left = dead::left_of_the_dead(paths)?;
+    left.extend(unfinished::left_unfinished(paths)?);
+    left.sort_unstable();
+    left.dedup();
+    Ok(left)
+}
+
+/// The numbers of the processes that the name of a file of iceoryx2 speaks of.
+pub fn processes_of(path: &Path) -> impl Iterator<Item = u32> + '_ {
+    files::processes_of(path)
 }

@@ -69,7 +69,7 @@ fn unfinished_files_go_once_they_are_old_and_finished_ones_stay() {
     assert!(young.exists() && whole.exists() && finished.exists());
     age(&young);
     let removed = sweep_unfinished(&run.paths).expect("sweeps");
-    assert_eq!(removed, Removed { segments: 1, files: 0, nodes: 0 });
+    assert_eq!(removed, Removed { segments: 1, ..Removed::default() });
     assert!(whole.exists() && finished.exists());
 }
 
@@ -84,7 +84,7 @@ fn everything_of_a_run_goes_and_nothing_of_its_neighbour() {
         fs::write(segment(paths, "one.data"), b"data").expect("made");
         fs::write(segment(paths, "two.connection"), b"").expect("made");
     }
-    let all = Removed { segments: 2, files: 2, nodes: 0 };
+    let all = Removed { segments: 2, files: 2, ..Removed::default() };
     assert_eq!(remove_run(&run.paths).expect("removes"), all);
     assert!(!run.paths.root().exists() && run.paths.segments().expect("listable").is_empty());
     assert_eq!(neighbour.segments().expect("listable").len(), 2);

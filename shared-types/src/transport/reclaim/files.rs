@@ -43,7 +43,25 @@ pub(super) fn is_of_the_dead(path: &Path) -> bool {
 }
 
 fn life_of(process: u32) -> Life {
-    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    life_below(Path::new("/proc"), process)
+}
+
+/// What `proc` says of `process`. The state of a process is that of its first thread, which may have ended
+/// while others go on and hold all that the process held; so of one that seems gone every thread is asked.
+fn life_below(proc: &Path, process: u32) -> Life {
+    let process = proc.join(process.to_string());
+    match life_in(&process) {
+        Life::Gone => {}
+        life => return life,
+    }
+    let threads = std::fs::read_dir(process.join("task")).into_iter().flatten().flatten();
+    let mut lives = threads.map(|thread| life_in(&thread.path()));
+    lives.find(|&life| life != Life::Gone).unwrap_or(Life::Gone)
+}
+
+/// What the file `stat` of a process or thread says.
+fn life_in(directory: &Path) -> Life {
+    let stat = std::fs::read_to_string(directory.join("stat")).unwrap_or_default();
     // The name in parentheses may hold anything, so the state is what follows the last one.
     match stat.rsplit_once(')').and_then(|(_, rest)| rest.trim_start().chars().next()) {
         None | Some('Z' | 'X') => Life::Gone,
@@ -102,7 +120,7 @@ pub(super) fn entries_of(directory: &Path) -> Result<Vec<(PathBuf, bool)>, Recla
 
 #[cfg(test)]
 mod tests {
-    use super::{Life, is_of_the_dead, life_of, processes_of};
+    use super::{Life, is_of_the_dead, life_below, life_of, processes_of};
     use std::path::Path;
 
     /// A number as iceoryx2 makes them, of `process`.
@@ -120,6 +138,29 @@ mod tests {
         let hash = "a1b2c3d4e5f60718293a4b5c6d7e8f9001122334";
         assert_eq!(named(&format!("services/ss00000001_{hash}.service")), [0; 0]);
         assert_eq!(named("nodes/17/lock.0_10_0"), [0; 0]);
+    }
+
+    #[test]
+    fn a_process_whose_first_thread_alone_has_ended_lives() {
+        let proc = tempfile::tempdir().expect("a folder");
+        let say = |path: &str, state: char| {
+            let directory = proc.path().join(path);
+            std::fs::create_dir_all(&directory).expect("made");
+            let stat = format!("41 (a ) b) {state} 1 41 41 0");
+            std::fs::write(directory.join("stat"), stat).expect("written");
+        };
+        let life = || life_below(proc.path(), 41);
+        assert_eq!(life(), Life::Gone);
+        for path in ["41", "41/task/41"] {
+            say(path, 'Z');
+        }
+        assert_eq!(life(), Life::Gone, "it is only to be reaped");
+        say("41/task/43", 'X');
+        assert_eq!(life(), Life::Gone);
+        say("41/task/42", 'S');
+        assert_eq!(life(), Life::Runs);
+        say("41/task/42", 'T');
+        assert_eq!(life(), Life::Stopped);
     }
 
     #[test]

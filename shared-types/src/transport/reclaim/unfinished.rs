@@ -10,7 +10,7 @@ use super::{ReclaimError, Removed, UNFINISHED_AGE};
 use crate::transport::paths::RunPaths;
 use std::fs::Metadata;
 use std::os::unix::fs::PermissionsExt as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Removes segments and files of a run that were never finished and are left behind. Safe while the run
 /// lives.
@@ -21,14 +21,13 @@ pub fn sweep_unfinished(paths: &RunPaths) -> Result<Removed, ReclaimError> {
     let mut removed = Removed::default();
     let mut pending = 0;
     for segment in segments_of(paths)? {
-        match judge(&segment, |found| found.len() == 0 || mode_of(found) == SEGMENT_IN_THE_MAKING) {
+        match judge(&segment, is_still_made) {
             Verdict::LeftBehind => removed.segments += usize::from(remove_file(&segment)?),
             Verdict::Young => pending += 1,
             Verdict::Kept => {}
         }
     }
-    // Tags, which lie among the nodes, are left behind with their node or not at all.
-    for file in files_below(&paths.root().join("services"))? {
+    for file in descriptions_of(paths)? {
         match judge(&file, is_still_written) {
             Verdict::LeftBehind => removed.files += usize::from(remove_file(&file)?),
             Verdict::Young => pending += 1,
@@ -38,11 +37,34 @@ pub fn sweep_unfinished(paths: &RunPaths) -> Result<Removed, ReclaimError> {
     if pending == 0 { Ok(removed) } else { Err(ReclaimError::Pending { count: pending }) }
 }
 
+/// What a sweep would remove now.
+pub(super) fn left_unfinished(paths: &RunPaths) -> Result<Vec<PathBuf>, ReclaimError> {
+    let is_left = |path: &PathBuf, is_unfinished: fn(&Metadata) -> bool| {
+        matches!(judge(path, is_unfinished), Verdict::LeftBehind)
+    };
+    let mut left = segments_of(paths)?;
+    left.retain(|segment| is_left(segment, is_still_made));
+    let descriptions = descriptions_of(paths)?;
+    left.extend(descriptions.into_iter().filter(|file| is_left(file, is_still_written)));
+    Ok(left)
+}
+
+/// The descriptions of services. Tags, which lie among the nodes, are left behind with their node or not
+/// at all.
+fn descriptions_of(paths: &RunPaths) -> Result<Vec<PathBuf>, ReclaimError> {
+    files_below(&paths.root().join("services"))
+}
+
 /// Permissions of a segment until it may be read.
 const SEGMENT_IN_THE_MAKING: u32 = 0o200;
 
 /// Permissions of a description or tag until it is complete.
 const FILE_IN_THE_MAKING: u32 = 0o600;
+
+/// Whether a segment has no size yet, or may not be read yet.
+fn is_still_made(found: &Metadata) -> bool {
+    found.len() == 0 || mode_of(found) == SEGMENT_IN_THE_MAKING
+}
 
 /// Whether a description or tag is not complete.
 pub(super) fn is_still_written(found: &Metadata) -> bool {
