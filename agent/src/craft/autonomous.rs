@@ -103,6 +103,10 @@ impl Autonomous {
         self.board.has_final(fleet.board(self.craft))
     }
 
+    pub(super) const fn board(&self) -> &Blackboard {
+        &self.board
+    }
+
     pub(super) fn digest(&self) -> u64 {
         self.board.digest()
     }

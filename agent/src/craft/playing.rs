@@ -144,6 +144,15 @@ impl Craft {
         }
     }
 
+    /// The board on which the craft reasons in lockstep; `None` for the centre and its clients.
+    #[must_use]
+    pub fn board(&self) -> Option<&Blackboard> {
+        match &self.role {
+            Role::Autonomous(craft) => Some(craft.board()),
+            _ => None,
+        }
+    }
+
     /// What is under way between this process and the others at `now`, of whose samples `waiting` are
     /// in the outbox.
     #[must_use]

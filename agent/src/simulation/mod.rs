@@ -19,6 +19,7 @@ use crate::replication::Strategy;
 use shared_types::ids::{CraftId, Firing, Turn};
 use shared_types::knowledge::FleetView;
 use shared_types::rng::{Purpose, Stream};
+use shared_types::transport::link::LinkCounts;
 use shared_types::transport::memory::{MemoryEndpoint, MemoryNetwork, MemoryOptions};
 use shared_types::transport::{Endpoint, SendError};
 use shared_types::wire::{EpochSpec, StrategyKind, TrialReport, TurnCommand};
@@ -38,6 +39,8 @@ pub struct SimulatedTrial {
     pub reports: Vec<TrialReport>,
     /// Virtual time that passed, ns.
     pub duration_ns: u64,
+    /// What the links did.
+    pub links: LinkCounts,
 }
 
 /// Why a trial could not be played to its end.
@@ -168,6 +171,7 @@ impl Simulation {
             path: referee.path().to_vec(),
             reports: self.reports(processes),
             duration_ns: self.network.now().since(started),
+            links: self.network.link_counts(),
         })
     }
 
@@ -204,7 +208,7 @@ impl Simulation {
         referee: &mut Referee,
     ) -> Result<usize, SimulationError> {
         let mut finished = 0;
-        while let Some(receiver) = self.network.deliver_next() {
+        while let Some(receiver) = self.next_receiver()? {
             let index = receiver.index();
             let (craft, out) = (&mut self.crafts[index], &mut self.out);
             craft.arrive(self.network.now());
@@ -217,6 +221,18 @@ impl Simulation {
             finished += self.publish(index, referee)?;
         }
         Ok(finished)
+    }
+
+    /// Delivers the next sample; what a full inbox could not take is sent once nothing else is under way.
+    fn next_receiver(&mut self) -> Result<Option<CraftId>, SendError> {
+        let receiver = self.network.deliver_next();
+        if receiver.is_some() || self.network.is_quiet() {
+            return Ok(receiver);
+        }
+        for endpoint in &mut self.endpoints {
+            endpoint.flush()?;
+        }
+        Ok(self.network.deliver_next())
     }
 
     /// Lets time pass to the first process that asks again, and has it ask; `None` if nobody will.

@@ -11,6 +11,7 @@ use shared_types::knowledge::{FactState, FleetView};
 use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::Endpoint;
+use shared_types::transport::link::LinkCounts;
 use shared_types::wire::{EpochSpec, TrialReport};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,6 +22,8 @@ pub struct SimulatedOpen {
     pub reports: Vec<TrialReport>,
     /// Virtual time that passed, ns.
     pub duration_ns: u64,
+    /// What the links did.
+    pub links: LinkCounts,
 }
 
 /// When each process has something to do without a message.
@@ -111,7 +114,8 @@ impl Simulation {
             waiting = still;
         }
         let duration_ns = self.network.now().since(started);
-        Ok(SimulatedOpen { reports: self.reports(processes), duration_ns })
+        let links = self.network.link_counts();
+        Ok(SimulatedOpen { reports: self.reports(processes), duration_ns, links })
     }
 
     /// What a fact is on the board of `craft` after [`Self::play_open`].

@@ -14,6 +14,10 @@ pub struct SimulateArguments {
     #[arg(long, value_name = "N", conflicts_with_all = ["scenario", "resume", "replay", "losses"])]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub campaign: Option<u64>,
+    /// The fleets of `--campaign` and `--replay` play trials in lockstep in place of traces; every trial must
+    /// go as without faults.
+    #[arg(long, conflicts_with_all = ["scenario", "resume", "losses"])]
+    pub lockstep: bool,
     /// Shows the fleet of a campaign that `--seed` and `--strategy` name, step by step; one that breaks a
     /// law with as few faults as still break it.
     #[arg(long, conflicts_with_all = ["scenario", "resume", "losses"])]

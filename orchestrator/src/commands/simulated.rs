@@ -4,7 +4,7 @@ use super::{Refusal, Setting, print_bytes, print_report};
 use crate::cli::SimulateArguments;
 use crate::outcome::Outcome;
 use crate::report::simulated::{Broken, LossRow, Losses, SimulatedCampaign, StrategyRow};
-use agent::simulation::campaign::{Case, Failure, Fault, Played, STRATEGIES, Stage, lossy};
+use agent::simulation::campaign::{Case, Failure, Fault, Play, Played, Stage, lossy};
 use shared_types::transport::clock;
 use shared_types::wire::StrategyKind;
 
@@ -34,14 +34,19 @@ pub fn simulated(
     }
 }
 
+/// What the fleets play.
+const fn play(arguments: &SimulateArguments) -> Play {
+    if arguments.lockstep { Play::Lockstep } else { Play::Open }
+}
+
 /// The strategies asked for, else `default`.
 fn strategies(
     arguments: &SimulateArguments,
     default: &[StrategyKind],
 ) -> Result<Vec<StrategyKind>, Refusal> {
-    let asked = &arguments.run.common.strategies;
-    if let Some(strategy) = asked.iter().find(|strategy| !STRATEGIES.contains(strategy)) {
-        let known = STRATEGIES.map(StrategyKind::name).join(", ");
+    let (asked, known) = (&arguments.run.common.strategies, play(arguments).strategies());
+    if let Some(strategy) = asked.iter().find(|strategy| !known.contains(strategy)) {
+        let known = known.iter().map(|known| known.name()).collect::<Vec<_>>().join(", ");
         return Err(Refusal::new(format!("`{strategy}` has no campaigns; take one of {known}")));
     }
     Ok(if asked.is_empty() { default.to_vec() } else { asked.clone() })
@@ -55,11 +60,12 @@ fn campaign(
     let first_seed = arguments.run.common.seed.unwrap_or(0);
     let (mut rows, mut shown) = (Vec::new(), Vec::new());
     let mut stage = Stage::default();
-    for strategy in strategies(arguments, &STRATEGIES)? {
+    let play = play(arguments);
+    for strategy in strategies(arguments, play.strategies())? {
         let (mut all, mut broken) = (Played::default(), 0);
         let started = clock::now();
         for seed in (first_seed..).take(usize::try_from(seeds).unwrap_or(usize::MAX)) {
-            match Case::of(seed, strategy).judge(&mut stage) {
+            match Case::drawn(seed, strategy, play).judge(&mut stage) {
                 Ok(played) => all += played,
                 Err(failure) => {
                     broken += 1;
@@ -74,6 +80,7 @@ fn campaign(
             strategy: strategy.name(),
             seeds,
             broken,
+            trials: all.trials,
             kills: all.kills,
             lost: all.lost,
             repeats: all.recovered.repeats,
@@ -83,7 +90,8 @@ fn campaign(
         });
     }
     let is_broken = rows.iter().any(|row| row.broken > 0);
-    let report = SimulatedCampaign { first_seed, strategies: rows, broken: shown };
+    let is_lockstep = play == Play::Lockstep;
+    let report = SimulatedCampaign { first_seed, is_lockstep, strategies: rows, broken: shown };
     print_report(&report, setting, arguments.run.common.all)?;
     Ok(if is_broken { Outcome::Broken } else { Outcome::Success })
 }
@@ -111,16 +119,16 @@ fn replay(arguments: &SimulateArguments) -> Result<Outcome, Refusal> {
         return Err(Refusal::new("a replay shows one fleet; name one `--strategy`"));
     };
     let mut stage = Stage::default();
-    let mut case = Case::of(arguments.run.common.seed.unwrap_or(0), strategy);
+    let seed = arguments.run.common.seed.unwrap_or(0);
+    let mut case = Case::drawn(seed, strategy, play(arguments));
     if let Err(failure) = case.clone().judge(&mut stage) {
         case.faults = failure.minimal;
     }
-    let mut text = format!(
-        "{strategy}, seed {}: {} crafts, {} writes\n",
-        case.seed,
-        case.scene.crafts(),
-        case.scene.trace.iter().map(Vec::len).sum::<usize>()
-    );
+    let plays = match case.play {
+        Play::Open => format!("{} writes", case.scene.trace.iter().map(Vec::len).sum::<usize>()),
+        Play::Lockstep => "trials in lockstep".to_owned(),
+    };
+    let mut text = format!("{strategy}, seed {seed}: {} crafts, {plays}\n", case.scene.crafts());
     for fault in &case.faults {
         text += &format!("  {fault}\n");
     }

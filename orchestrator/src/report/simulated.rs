@@ -13,6 +13,8 @@ pub struct StrategyRow {
     pub seeds: u64,
     /// Fleets that broke a law.
     pub broken: u64,
+    /// Trials of lockstep that came to their end as without faults.
+    pub trials: u64,
     /// Processes killed.
     pub kills: u64,
     /// Samples that the links lost.
@@ -47,6 +49,8 @@ pub struct Broken {
 pub struct SimulatedCampaign {
     /// The first seed.
     pub first_seed: u64,
+    /// Whether its fleets play trials in lockstep, in place of traces.
+    pub is_lockstep: bool,
     /// By strategy.
     pub strategies: Vec<StrategyRow>,
     /// The first fleets that broke a law.
@@ -62,7 +66,7 @@ impl Report for SimulatedCampaign {
             column("", "kills"),
             column("samples", "lost"),
             column("samples", "repeated"),
-            column("changes", "learnt"),
+            if self.is_lockstep { column("", "trials") } else { column("changes", "learnt") },
             column("", "a second"),
         ]);
         for row in &self.strategies {
@@ -74,7 +78,7 @@ impl Report for SimulatedCampaign {
                 count(row.kills),
                 count(row.lost),
                 count(row.repeats),
-                count(row.learnt),
+                count(if self.is_lockstep { row.trials } else { row.learnt }),
                 exact(Some(row.seeds_per_s), 0),
             ]);
         }
@@ -90,7 +94,12 @@ impl Report for SimulatedCampaign {
             }
             text += &wrap(
                 "see    ",
-                &format!("simulate --replay --strategy {} --seed {}", broken.strategy, broken.seed),
+                &format!(
+                    "simulate --replay{} --strategy {} --seed {}",
+                    if self.is_lockstep { " --lockstep" } else { "" },
+                    broken.strategy,
+                    broken.seed
+                ),
             );
         }
         text

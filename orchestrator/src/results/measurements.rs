@@ -10,6 +10,7 @@ use super::load::{CapacityRecord, LoadRecord};
 use super::reasoning;
 use super::record::{Cell, Counts, Label, Overhead, TimingRecord, TrialRecord};
 use super::statistics::Distribution;
+use shared_types::transport::link::LinkCounts;
 use shared_types::wire::{Losses, Stage, Traffic};
 
 /// The header line.
@@ -137,6 +138,7 @@ pub fn trial_lines(record: &TrialRecord) -> Vec<u8> {
         rows.push(FLEET, &format!("turn-time-{turn}"), time_ns, "ns");
     }
     rows.overhead(&timing.overhead);
+    rows.links(timing.links);
     rows.losses(&timing.losses);
     lines(rows.rows)
 }
@@ -336,6 +338,19 @@ impl Rows {
         self.push(craft, &format!("{class}-deliveries"), traffic.deliveries, "sample");
         self.push(craft, &format!("{class}-bytes-sent"), traffic.bytes_sent, "byte");
         self.push(craft, &format!("{class}-bytes-received"), traffic.bytes_received, "byte");
+    }
+
+    fn links(&mut self, links: Option<LinkCounts>) {
+        let Some(LinkCounts { lost, cut_off, doubled, delayed, overtaken }) = links else { return };
+        for (metric, value) in [
+            ("lost", lost),
+            ("cut-off", cut_off),
+            ("doubled", doubled),
+            ("delayed", delayed),
+            ("overtaken", overtaken),
+        ] {
+            self.push(FLEET, &format!("link-{metric}"), value, "sample");
+        }
     }
 
     fn losses(&mut self, losses: &Losses) {

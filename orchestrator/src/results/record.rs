@@ -1,14 +1,14 @@
 //! The records of a run: one per trial, one per timing cell.
 //!
-//! A trial's record keeps what is `deterministic` (counts, digests, how it ended: the same bytes for
-//! the same seed and scenario, on any machine, by any transport) apart from its `timing` (whatever
-//! comes from a clock, the scheduler or the operating system). Records know nothing of files; see
-//! [`super::store`] for those. No figure is computed here.
+//! A trial's record keeps what is `deterministic` (counts, digests, how it ended: the same bytes for the same
+//! seed and scenario, on any machine, by any transport) apart from its `timing` (what comes from a clock, the
+//! scheduler or the system). Files are [`super::store`]'s; no figure is computed here.
 
 use super::statistics::Distribution;
 use serde::{Deserialize, Serialize};
 use shared_types::limits;
 use shared_types::reasoning::ReasoningReport;
+use shared_types::transport::link::LinkCounts;
 use shared_types::wire::{CLASS_COUNT, Class, Losses, StrategyKind, Traffic};
 
 /// Which cell of a run a measurement belongs to.
@@ -127,8 +127,7 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
-/// Traffic that the product needs besides what strategies send: the ledger, and what repairs.
-/// It depends on the scheduler, so it is never part of what is deterministic.
+/// Traffic beside that of strategies: the ledger, and what repairs. The scheduler has a part in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Overhead {
     /// What was lost, sent again.
@@ -321,6 +320,9 @@ pub struct TrialTiming {
     pub overhead: Overhead,
     /// What was lost, refused or had to wait, all processes.
     pub losses: Losses,
+    /// What the links did on purpose; absent where nothing happened on them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub links: Option<LinkCounts>,
 }
 
 /// Everything that one trial leaves.

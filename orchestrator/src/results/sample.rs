@@ -144,6 +144,7 @@ pub(crate) fn trial(size: u32, strategy: StrategyKind, trial: u32) -> TrialRecor
                 .collect(),
             overhead: Overhead { control: traffic(2 * crafts * turns, 1), ..Overhead::default() },
             losses: Losses::default(),
+            links: None,
         },
     }
 }

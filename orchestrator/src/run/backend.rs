@@ -9,6 +9,7 @@ use shared_types::ids::{CraftId, Firing, Turn};
 use shared_types::knowledge::FleetNetwork;
 use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
+use shared_types::transport::link::LinkCounts;
 use shared_types::transport::{SendError, clock};
 use shared_types::wire::{EpochSpec, Traffic, TrialReport};
 
@@ -25,8 +26,10 @@ pub struct Played {
     pub path: Vec<(Turn, CraftId, Firing)>,
     /// One report per process, the centre last.
     pub reports: Vec<TrialReport>,
-    /// What the clocks say; zero in simulation.
+    /// What the clocks say; zero in simulation, but for the virtual time that passed.
     pub clock: Clocked,
+    /// What the links did on purpose; absent where nothing happened on them.
+    pub links: Option<LinkCounts>,
 }
 
 /// The part of a trial that comes from clocks and from the ledger's own traffic.
@@ -88,8 +91,11 @@ impl From<SendError> for PlayError {
 
 impl From<SimulatedTrial> for Played {
     fn from(trial: SimulatedTrial) -> Self {
-        let SimulatedTrial { outcome, turns, path_digest, path, reports, .. } = trial;
-        Self { outcome, turns, path_digest, path, reports, clock: Clocked::default() }
+        let SimulatedTrial { outcome, turns, path_digest, path, reports, duration_ns, links } =
+            trial;
+        let clock = Clocked { duration_ns, ..Clocked::default() };
+        let links = Some(links).filter(|&links| links != LinkCounts::default());
+        Self { outcome, turns, path_digest, path, reports, clock, links }
     }
 }
 

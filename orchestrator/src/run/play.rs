@@ -41,6 +41,7 @@ impl Backend for RealFleet<'_> {
                 orchestrator_cpu_ns: clock::process_cpu().since(cpu_start),
                 control: self.control,
             },
+            links: None,
         })
     }
 

@@ -93,6 +93,7 @@ pub fn record(demands: &Demands<'_>, cell: Cell, spec: &EpochSpec, played: &Play
         turn_times_ns: played.clock.turn_times_ns.clone(),
         orchestrator_cpu_ns: played.clock.orchestrator_cpu_ns,
         losses,
+        links: played.links,
         ..TrialTiming::default()
     };
     timing.overhead.control += played.clock.control;

@@ -15,6 +15,7 @@ mod flags;
 mod fleet;
 pub mod generate;
 mod levels;
+mod links;
 mod load;
 mod mission;
 mod names;

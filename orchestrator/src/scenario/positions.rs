@@ -3,7 +3,7 @@
 //! The delay of a pair is the stated one plus the time that a signal takes over their distance. Which
 //! pairs must be in range of each other is decided here as well: those that share a boundary fact,
 //! and, where a strategy relays, those next to each other in its tree. That `full` and `limited` also
-//! send to crafts that share nothing is no reason to refuse a fleet. Not here: loss and outages.
+//! send to crafts that share nothing is no reason to refuse a fleet. Not here: what samples suffer on the way (`simulated_link`).
 
 use super::draft::Shared;
 use super::error::{Finding, Place, place};
@@ -12,9 +12,7 @@ use nalgebra::Point3;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::Topology;
 use shared_types::scenario::Scenario;
-use shared_types::time::Nanos;
-use shared_types::transport::link::{Link, Verdict};
-use shared_types::wire::{Header, StrategyKind};
+use shared_types::wire::StrategyKind;
 
 /// Delay and range of every ordered pair of crafts, computed when asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -146,19 +144,6 @@ impl LinkTable {
                 distance_m.ceil()
             ))
             .label("out of range"))
-    }
-}
-
-/// In the simulator the table delays what crafts send each other; what goes to or comes from the
-/// orchestrator is no radio traffic.
-impl Link for LinkTable {
-    fn judge(&mut self, _now: Nanos, receiver: CraftId, header: &Header) -> Verdict {
-        let source = CraftId(header.source);
-        if self.is_instant() || [source, receiver].contains(&CraftId::ORCHESTRATOR) {
-            Verdict::Pass
-        } else {
-            Verdict::Delay(self.delay_ns(source, receiver))
-        }
     }
 }
 

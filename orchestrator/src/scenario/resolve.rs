@@ -164,7 +164,7 @@ impl ResolvedScenario {
             record_bytes: replication.record_bytes,
             turns_max: run.turns,
             reasoning: self.scenario.reasoning,
-            recovery: recovery(&self.scenario.link, run.mode),
+            recovery: recovery(&self.scenario),
             open: None,
         }
     }
@@ -226,11 +226,13 @@ fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
             !is_simulated && link.loss > 0.0,
             "`link.loss` acts in simulation only; real processes send over links that lose nothing",
         ),
+        (!is_simulated && link.duplication > 0.0, "`link.duplication` acts in simulation only"),
+        (!is_simulated && link.jitter_ms > 0.0, "`link.jitter-ms` acts in simulation only"),
         (
-            link.bandwidth_bits_per_s.is_some(),
-            "`link.bandwidth-bits-per-s` is checked but not run yet",
+            !is_simulated && link.bandwidth_bits_per_s.is_some(),
+            "`link.bandwidth-bits-per-s` acts in simulation only",
         ),
-        (!link.outages.is_empty(), "`link.outages` are checked but not run yet"),
+        (!is_simulated && !link.outages.is_empty(), "`link.outages` act in simulation only"),
         (
             run.rate_per_s.is_some() && !(run.mode == RunMode::Open && scenario.load.is_empty()),
             "`run.rate-per-s` acts in `record`, and in mode `open` without a `[[load]]`",

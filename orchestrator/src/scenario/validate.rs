@@ -1,19 +1,19 @@
 //! Checks of single values: what is out of its bounds, or cannot be run yet.
 //!
-//! Not here: what concerns several crafts (`fleet`, `mission`, `positions`), and what is offered in open
-//! mode (`offer`).
+//! Not here: links (`links`), what concerns several crafts (`fleet`, `mission`, `positions`), and what is
+//! offered in open mode (`offer`).
 
 use super::capacity;
 use super::error::{Finding, Place, place};
 use super::fleet::{Craft, unknown_craft};
 use super::generate::shared_facts;
+use super::links;
 use super::nearest::listing;
 use super::offer;
 use shared_types::limits::{
-    BANDWIDTH_BITS_PER_S_MAX, BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, COST_MAX,
-    COST_MIN, DELAY_MS_MAX, DURATION_TURNS_MAX, INBOX_PAYLOAD_BYTES, LIKELIHOOD_MIN, LOSS_MAX,
-    PREMISES_MAX, RANGE_M_MAX, REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX, RESTART_WINDOW_S_MAX,
-    SHARED_LINKS_MAX, SPEED_OF_LIGHT_M_PER_S, TURNS_MAX,
+    BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, COST_MAX, COST_MIN, DURATION_TURNS_MAX,
+    INBOX_PAYLOAD_BYTES, LIKELIHOOD_MIN, PREMISES_MAX, REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX,
+    RESTART_WINDOW_S_MAX, SHARED_LINKS_MAX, TURNS_MAX,
 };
 use shared_types::scenario::{
     ActionEntry, GeneratedNetwork, LinkingModel, RECORD_BYTES_MIN, Replication, Restart, Scenario,
@@ -26,7 +26,7 @@ pub(super) fn check(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding
     offer::check(scenario)?;
     capacity::check(scenario)?;
     check_replication(&scenario.replication)?;
-    check_link(scenario, crafts)?;
+    links::check(&scenario.link, crafts)?;
     check_faults(scenario, crafts)?;
     if scenario.fleet.cores == Some(0) {
         return Err(Finding::at(place!["fleet", "cores"], "a fleet on no cores")
@@ -151,54 +151,6 @@ pub(super) fn check_action(entry: &ActionEntry, place: &Place) -> Result<(), Fin
     Ok(())
 }
 
-fn check_link(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
-    let link = &scenario.link;
-    if !(0.0..=LOSS_MAX).contains(&link.loss) {
-        return Err(Finding::at(
-            place!["link", "loss"],
-            format!("a loss of {} is impossible", link.loss),
-        )
-        .help(format!(
-            "loss is a share: 0 loses nothing, 0.05 five in a hundred; of more than {LOSS_MAX} repeats, \
-             which are bounded, do not get through"
-        ))
-        .label("out of bounds"));
-    }
-    if !(0.0..=DELAY_MS_MAX).contains(&link.delay_ms) {
-        return Err(Finding::at(
-            place!["link", "delay-ms"],
-            format!("a delay of {} ms is impossible", link.delay_ms),
-        )
-        .help(format!("use 0 to {DELAY_MS_MAX} ms"))
-        .label("out of bounds"));
-    }
-    if let Some(bandwidth) = link.bandwidth_bits_per_s {
-        let place = place!["link", "bandwidth-bits-per-s"];
-        above_zero(place, "bandwidth", bandwidth, BANDWIDTH_BITS_PER_S_MAX, "bits per second")?;
-    }
-    if let Some(positions) = &link.from_positions {
-        let place = place!["link", "from-positions"];
-        above_zero(place.then("range-m"), "range", positions.range_m, RANGE_M_MAX, "metres")?;
-        let speed = positions.propagation_m_per_s;
-        above_zero(
-            place.then("propagation-m-per-s"),
-            "speed",
-            speed,
-            SPEED_OF_LIGHT_M_PER_S,
-            "metres per second",
-        )?;
-    }
-    for (index, outage) in link.outages.iter().enumerate() {
-        let place = place!["link", "outages", index];
-        check_craft(&outage.craft, &place, crafts)?;
-        if outage.from_turn >= outage.until_turn {
-            return Err(Finding::at(place.then("until-turn"), "the outage ends before it begins")
-                .help(format!("use more than `from-turn`, which is {}", outage.from_turn)));
-        }
-    }
-    Ok(())
-}
-
 fn check_faults(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
     let faults = &scenario.faults;
     if faults.restart == Restart::OnFailure && faults.restart_limit == 0 {
@@ -233,7 +185,7 @@ fn check_faults(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
     Ok(())
 }
 
-fn check_craft(name: &str, entry: &Place, crafts: &[Craft]) -> Result<(), Finding> {
+pub(super) fn check_craft(name: &str, entry: &Place, crafts: &[Craft]) -> Result<(), Finding> {
     if crafts.iter().any(|craft| craft.name == name) {
         return Ok(());
     }

@@ -1,5 +1,6 @@
 //! `[link]` and `[faults]`: what the way between two crafts, and a craft itself, suffers.
 
+use super::one_or_many::OneOrMany;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,12 +10,17 @@ use serde::{Deserialize, Serialize};
 pub struct Link {
     /// Share of samples that are lost, 0 to 0.9; default 0. What is lost is repeated.
     pub loss: f64,
+    /// Share of samples that arrive twice, 0 to 1; default 0. The second has no effect.
+    pub duplication: f64,
     /// Delay of every sample, ms; default 0. Propagation from positions comes on top.
     pub delay_ms: f64,
-    /// What a link carries, bits per second; default without limit.
+    /// Each sample takes a random time up to this on top, ms, and later ones may overtake it; default 0.
+    pub jitter_ms: f64,
+    /// What a link carries from one craft to another, bits per second; what follows waits. Default
+    /// without limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth_bits_per_s: Option<f64>,
-    /// Turns in which a craft hears and reaches nobody.
+    /// Times in which nothing passes between some crafts and the others.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outages: Vec<Outage>,
     /// Takes range and propagation delay from the crafts' positions.
@@ -22,16 +28,20 @@ pub struct Link {
     pub from_positions: Option<FromPositions>,
 }
 
-/// `[[link.outages]]`: a craft is cut off.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// `[[link.outages]]`: crafts are cut off from the others, or two from each other, for a time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Outage {
-    /// The craft.
-    pub craft: String,
-    /// First turn of the outage.
-    pub from_turn: u32,
-    /// First turn after it.
-    pub until_turn: u32,
+    /// A craft or a list of crafts that neither hear nor reach any other; among them all passes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub craft: Option<OneOrMany<String>>,
+    /// In place of that, the two crafts between which nothing passes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between: Option<[String; 2]>,
+    /// When it begins, ms of virtual time from the start of each trial.
+    pub from_ms: f64,
+    /// When it is over, likewise.
+    pub until_ms: f64,
 }
 
 /// `[link.from-positions]`: who is in range, and how long a sample travels.

@@ -5,6 +5,7 @@ use crate::ids::CraftId;
 use crate::rng::{Purpose, Stream};
 use crate::time::Nanos;
 use crate::wire::Header;
+use serde::{Deserialize, Serialize};
 
 /// What happens to one sample on its way to one receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,12 +19,67 @@ pub enum Verdict {
     Overtaken(u64),
     /// It is lost.
     Drop,
+    /// It is lost because nothing passes between the two at that time.
+    CutOff,
     /// It arrives twice.
     Duplicate,
+    /// It arrives twice, each time this many nanoseconds later.
+    Doubled {
+        /// How much later, ns.
+        delay_ns: u64,
+        /// Whether everything behind it on the same way arrives after it, as with [`Self::Delay`].
+        keeps_order: bool,
+    },
+}
+
+/// What links did to samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LinkCounts {
+    /// Samples that were lost, those that were cut off apart.
+    pub lost: u64,
+    /// Samples lost because nothing passed at that time.
+    pub cut_off: u64,
+    /// Samples that arrived twice.
+    pub doubled: u64,
+    /// Samples that were held up.
+    pub delayed: u64,
+    /// Samples that arrived behind one that was sent later on the same way.
+    pub overtaken: u64,
+}
+
+impl std::ops::AddAssign for LinkCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.lost += other.lost;
+        self.cut_off += other.cut_off;
+        self.doubled += other.doubled;
+        self.delayed += other.delayed;
+        self.overtaken += other.overtaken;
+    }
+}
+
+impl LinkCounts {
+    /// Counts `verdict` on a sample.
+    pub(super) fn count(&mut self, verdict: Verdict) {
+        let delay_ns = match verdict {
+            Verdict::Delay(ns) | Verdict::Overtaken(ns) => ns,
+            Verdict::Doubled { delay_ns, .. } => delay_ns,
+            _ => 0,
+        };
+        self.lost += u64::from(verdict == Verdict::Drop);
+        self.cut_off += u64::from(verdict == Verdict::CutOff);
+        let is_doubled = matches!(verdict, Verdict::Duplicate | Verdict::Doubled { .. });
+        self.doubled += u64::from(is_doubled);
+        self.delayed += u64::from(delay_ns > 0);
+    }
 }
 
 /// Judges every sample.
 pub trait Link {
+    /// A trial of that number begins at `now`.
+    fn begin(&mut self, now: Nanos, trial: u32) {
+        let _ = (now, trial);
+    }
+
     /// The verdict on the sample of `header`, sent at `now`, on its way to `receiver`
     /// ([`CraftId::ORCHESTRATOR`] for the orchestrator).
     fn judge(&mut self, now: Nanos, receiver: CraftId, header: &Header) -> Verdict;

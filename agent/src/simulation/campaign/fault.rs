@@ -68,18 +68,15 @@ impl std::fmt::Display for Fault {
     }
 }
 
-/// Faults begin before this, ns: the trace is played by then.
-const BEGIN_NS_MAX: u32 = 24_000_000;
-
-/// What befalls a fleet of `crafts` crafts under `strategy` as `seed` says, by time.
+/// What befalls a fleet of `crafts` crafts under `strategy` within about `span_ns` as `seed` says, by time.
 #[must_use]
-pub fn draw(seed: u64, crafts: u32, strategy: StrategyKind) -> Vec<Fault> {
+pub fn draw(seed: u64, crafts: u32, strategy: StrategyKind, span_ns: u32) -> Vec<Fault> {
     let mut stream = Stream::new(seed, 0, Purpose::Faults, strategy as u32);
     let count = stream.between(1, 6);
     let mut faults: Vec<Fault> = (0..count)
         .map(|_| {
-            let at_ns = u64::from(stream.below(BEGIN_NS_MAX));
-            let mut lasts_ns = u64::from(stream.between(200_000, 8_000_000));
+            let at_ns = u64::from(stream.below(span_ns));
+            let mut lasts_ns = u64::from(stream.between(span_ns / 120, span_ns / 3));
             let craft = CraftId(stream.below(crafts));
             let what = match stream.below(9) {
                 0..=2 => {
@@ -90,7 +87,7 @@ pub fn draw(seed: u64, crafts: u32, strategy: StrategyKind) -> Vec<Fault> {
                 }
                 3 => What::Pause(craft),
                 4 => What::Loss(stream.between(50, 750)),
-                5 => What::Delay(stream.between(50_000, 2_000_000)),
+                5 => What::Delay(stream.between(span_ns / 480, span_ns / 12)),
                 6 => What::Duplication(stream.between(50, 500)),
                 7 => What::Reordering(stream.between(50, 500)),
                 _ => What::Partition(stream.between(1, (1 << crafts) - 2)),
@@ -100,8 +97,8 @@ pub fn draw(seed: u64, crafts: u32, strategy: StrategyKind) -> Vec<Fault> {
         .collect();
     // A centre that fails comes back: without one nobody learns anything any more.
     if strategy.has_centre() && stream.below(3) == 0 {
-        let at_ns = u64::from(stream.below(BEGIN_NS_MAX));
-        let lasts_ns = u64::from(stream.between(200_000, 8_000_000));
+        let at_ns = u64::from(stream.below(span_ns));
+        let lasts_ns = u64::from(stream.between(span_ns / 120, span_ns / 3));
         faults.push(Fault { at_ns, lasts_ns, what: What::Kill(CraftId(crafts)) });
     }
     faults.sort_by_key(|fault| fault.at_ns);

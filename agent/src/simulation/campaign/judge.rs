@@ -1,7 +1,7 @@
 //! Holds a fleet that has come to rest against the laws: boards, numbers, what was given up.
 
 use super::Played;
-use super::laws::Violation;
+use super::laws::{Laws, Violation};
 use super::play::{Process, Theatre};
 use crate::craft::Craft;
 use shared_types::ids::{CraftId, FactId};
@@ -51,35 +51,8 @@ impl<E: Endpoint> Theatre<'_, E> {
         Ok(())
     }
 
-    /// Between two processes of one life each, what was sent was handed over or is counted as lost.
     fn judge_numbers(&mut self) -> Result<(), Violation> {
-        let lived = |process: &Process<E>| process.endpoint.is_some() && !process.was_killed;
-        let count = self.processes.len();
-        let whole: Vec<bool> = self.processes.iter().map(lived).collect();
-        for receiver in (0..count).filter(|&index| whole[index]) {
-            let craft = CraftId::from_index(receiver);
-            let (mut sent, mut got) = (0, 0);
-            for sender in (0..count).filter(|&index| index != receiver && whole[index]) {
-                let source_craft = CraftId::from_index(sender);
-                let Some(endpoint) = &self.processes[sender].endpoint else { continue };
-                sent += endpoint.next_number(Destination::Craft(craft));
-                if self.spec.strategy == StrategyKind::Full {
-                    sent += endpoint.next_number(Destination::Multicast);
-                }
-                got += self.laws.handed(craft, source_craft);
-            }
-            let process = &mut self.processes[receiver];
-            if let Some(endpoint) = &mut process.endpoint {
-                process.losses += endpoint.take_losses();
-            }
-            let counted = process.losses.gaps;
-            // Of those that died, gaps may be counted as well.
-            if sent > got + counted || got > sent {
-                let source_craft = CraftId::NONE;
-                return Err(Violation::Unaccounted { craft, source_craft, sent, got, counted });
-            }
-        }
-        Ok(())
+        judge_numbers(&mut self.processes, &self.laws, self.spec.strategy)
     }
 
     /// All living boards that share a fact hold the same of it, and what the trace says where one craft
@@ -116,4 +89,39 @@ impl<E: Endpoint> Theatre<'_, E> {
         }
         Ok(())
     }
+}
+
+/// Between two processes of one life each, what was sent was handed over or is counted as lost.
+pub(super) fn judge_numbers<E: Endpoint>(
+    processes: &mut [Process<E>],
+    laws: &Laws,
+    strategy: StrategyKind,
+) -> Result<(), Violation> {
+    let lived = |process: &Process<E>| process.endpoint.is_some() && !process.was_killed;
+    let count = processes.len();
+    let whole: Vec<bool> = processes.iter().map(lived).collect();
+    for receiver in (0..count).filter(|&index| whole[index]) {
+        let craft = CraftId::from_index(receiver);
+        let (mut sent, mut got) = (0, 0);
+        for sender in (0..count).filter(|&index| index != receiver && whole[index]) {
+            let source_craft = CraftId::from_index(sender);
+            let Some(endpoint) = &processes[sender].endpoint else { continue };
+            sent += endpoint.next_number(Destination::Craft(craft));
+            if strategy == StrategyKind::Full {
+                sent += endpoint.next_number(Destination::Multicast);
+            }
+            got += laws.handed(craft, source_craft);
+        }
+        let process = &mut processes[receiver];
+        if let Some(endpoint) = &mut process.endpoint {
+            process.losses += endpoint.take_losses();
+        }
+        let counted = process.losses.gaps;
+        // Of those that died, gaps may be counted as well.
+        if sent > got + counted || got > sent {
+            let source_craft = CraftId::NONE;
+            return Err(Violation::Unaccounted { craft, source_craft, sent, got, counted });
+        }
+    }
+    Ok(())
 }

@@ -2,6 +2,7 @@
 //!
 //! The laws look at boards, at what was handed over and at numbers, never at how recovery works.
 
+use crate::lockstep::LedgerError;
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::{FactState, Value, Version};
 use shared_types::wire::Header;
@@ -106,6 +107,25 @@ pub enum Violation {
         /// Who.
         craft: CraftId,
     },
+    /// A trial of lockstep went another way than without faults.
+    #[error("trial {trial} went another way than without faults: {what}")]
+    WentAstray {
+        /// Which trial.
+        trial: u32,
+        /// What was different.
+        what: String,
+    },
+    /// A turn of lockstep stands still and nobody will ask for what is missing.
+    #[error("trial {trial} stands still: {standing}")]
+    StandsStill {
+        /// Which trial.
+        trial: u32,
+        /// The ledger in words.
+        standing: String,
+    },
+    /// A process reported what does not fit the ledger.
+    #[error("the ledger refused a line: {0}")]
+    Ledger(#[from] LedgerError),
     /// The fleet did not come to rest.
     #[error("the fleet does not come to rest")]
     Restless,
@@ -131,6 +151,12 @@ impl Laws {
         laws.held.resize(processes, vec![FactState::default(); facts as usize]);
         laws.handed.resize_with(processes, BTreeSet::new);
         laws
+    }
+
+    /// Boards begin anew; numbers run on.
+    pub(super) fn begin_epoch(&mut self) {
+        self.held.iter_mut().for_each(|held| held.fill(FactState::default()));
+        self.written.clear();
     }
 
     /// A new life of `craft` begins: it knows nothing and was handed nothing.

@@ -1,9 +1,10 @@
 //! Campaigns on the virtual clock: fleets that are killed, paused and cut off as a seed says, and the
 //! laws that hold all the same.
 //!
-//! A [`Case`] is a seed and a strategy: they decide the fleet, its trace ([`Scene`]) and what befalls it
-//! ([`Fault`]). [`Case::play`] plays it in one process, holds every step against the laws and, once nothing
-//! is under way any more, the boards against each other. A case that breaks a law is made small
+//! A [`Case`] is a seed, a strategy and a [`Play`]: they decide the fleet, what it does ([`Scene`]) and what
+//! befalls it ([`Fault`]). [`Case::play`] plays it in one process, holds every step against the laws and,
+//! once nothing is under way any more, the boards against each other; in lockstep every trial that comes to
+//! its end is held against the same trial without faults. A case that breaks a law is made small
 //! ([`Case::shrink`]): as few faults, as short, as still break it. The same case always goes the same way,
 //! so that a replay shows what happened, step by step. Not here: real processes.
 
@@ -17,6 +18,8 @@ mod scene;
 mod shrink;
 #[cfg(test)]
 mod tests;
+mod trial;
+mod turns;
 mod weather;
 
 pub use fault::{Fault, What, draw};
@@ -42,6 +45,48 @@ pub const STRATEGIES: [StrategyKind; 7] = [
     StrategyKind::CentralBatched,
 ];
 
+/// Those that a campaign in lockstep can be run with.
+pub const LOCKSTEP_STRATEGIES: [StrategyKind; 8] = [
+    StrategyKind::Full,
+    StrategyKind::Boundary,
+    StrategyKind::Limited,
+    StrategyKind::Hierarchy,
+    StrategyKind::Hybrid,
+    StrategyKind::Central,
+    StrategyKind::CentralBatched,
+    StrategyKind::Pipelined,
+];
+
+/// What a fleet plays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Play {
+    /// A trace, in one epoch of open mode.
+    #[default]
+    Open,
+    /// Trials in lockstep, one after the other, until nothing befalls the fleet any more.
+    Lockstep,
+}
+
+impl Play {
+    /// The time in which things begin to befall a fleet, ns: it has something to do for about as long.
+    #[must_use]
+    pub const fn span_ns(self) -> u32 {
+        match self {
+            Self::Open => 24_000_000,
+            Self::Lockstep => 2_400_000,
+        }
+    }
+
+    /// Strategies that it can be played with.
+    #[must_use]
+    pub const fn strategies(self) -> &'static [StrategyKind] {
+        match self {
+            Self::Open => &STRATEGIES,
+            Self::Lockstep => &LOCKSTEP_STRATEGIES,
+        }
+    }
+}
+
 /// One fleet and what befalls it.
 #[derive(Clone, Debug)]
 pub struct Case {
@@ -49,6 +94,8 @@ pub struct Case {
     pub seed: u64,
     /// How the fleet replicates.
     pub strategy: StrategyKind,
+    /// What it plays.
+    pub play: Play,
     /// The fleet and its trace.
     pub scene: Scene,
     /// What befalls it, by time.
@@ -60,6 +107,10 @@ pub struct Case {
 pub struct Played {
     /// Steps of processes.
     pub steps: u64,
+    /// Trials of lockstep that came to their end.
+    pub trials: u64,
+    /// Trials of lockstep that were given up because a process ended.
+    pub given_up: u64,
     /// Virtual time until nothing was under way, ns.
     pub duration_ns: u64,
     /// Lives that ended.
@@ -77,6 +128,8 @@ pub struct Played {
 impl std::ops::AddAssign for Played {
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;
+        self.trials += other.trials;
+        self.given_up += other.given_up;
         self.duration_ns += other.duration_ns;
         self.kills += other.kills;
         self.lost += other.lost;
@@ -122,9 +175,18 @@ impl Case {
     /// The case that `seed` draws for `strategy`.
     #[must_use]
     pub fn of(seed: u64, strategy: StrategyKind) -> Self {
-        let scene = Scene::of(seed);
-        let faults = draw(seed, scene.crafts(), strategy);
-        Self { seed, strategy, scene, faults }
+        Self::drawn(seed, strategy, Play::Open)
+    }
+
+    /// The case that `seed` draws for `strategy` when `play` is played.
+    #[must_use]
+    pub fn drawn(seed: u64, strategy: StrategyKind, play: Play) -> Self {
+        let scene = match play {
+            Play::Open => Scene::of(seed),
+            Play::Lockstep => Scene::mission(seed),
+        };
+        let faults = draw(seed, scene.crafts(), strategy, play.span_ns());
+        Self { seed, strategy, play, scene, faults }
     }
 
     /// Plays the case and says what it took.
@@ -136,7 +198,7 @@ impl Case {
         stage: &'a mut Stage,
         witness: Option<Witness<'a>>,
     ) -> Result<Played, Violation> {
-        play::play(self, stage, witness, &|endpoint| endpoint)
+        self.play_through(stage, witness, &|endpoint| endpoint)
     }
 
     /// The same with endpoints that `wrap` makes: how tests plant bugs.
@@ -149,7 +211,10 @@ impl Case {
         witness: Option<Witness<'a>>,
         wrap: &'a dyn Fn(MemoryEndpoint) -> E,
     ) -> Result<Played, Violation> {
-        play::play(self, stage, witness, wrap)
+        match self.play {
+            Play::Open => play::play(self, stage, witness, wrap),
+            Play::Lockstep => turns::play(self, stage, witness, wrap),
+        }
     }
 
     /// Plays the case; one that breaks a law is made small.

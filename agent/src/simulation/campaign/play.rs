@@ -14,7 +14,7 @@ use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::memory::{MemoryEndpoint, MemoryNetwork, MemoryOptions};
 use shared_types::transport::{Endpoint, SendError};
-use shared_types::wire::{Class, EpochSpec, Header, Losses, OpenSpec, RecoverySpec};
+use shared_types::wire::{Class, Counters, EpochSpec, Header, Losses, OpenSpec, RecoverySpec};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -36,8 +36,23 @@ pub(super) struct Process<E> {
     pub(super) is_paused: bool,
     /// Whether it ever ended.
     pub(super) was_killed: bool,
-    waits: bool,
+    /// Whether something is in its outbox.
+    pub(super) waits: bool,
     pub(super) losses: Losses,
+}
+
+impl<E> Process<E> {
+    /// A process in its first life.
+    pub(super) fn new(endpoint: E) -> Self {
+        Self {
+            endpoint: Some(endpoint),
+            life: 0,
+            is_paused: false,
+            was_killed: false,
+            waits: false,
+            losses: Losses::default(),
+        }
+    }
 }
 
 pub(super) struct Theatre<'a, E> {
@@ -71,7 +86,7 @@ pub(super) fn play<'a, E: Endpoint>(
         MemoryOptions { seed: case.seed, jitter_ns: JITTER_NS, ..MemoryOptions::default() };
     let network = MemoryNetwork::new(crafts, options);
     let seen = Rc::new(RefCell::new(Seen::default()));
-    network.set_link(Weather::new(case.seed, &case.faults, Rc::clone(&seen)));
+    network.set_link(Weather::new(case, Rc::clone(&seen)));
     let mut theatre = Theatre {
         case,
         fleet: case.scene.network.view(),
@@ -123,14 +138,7 @@ impl<E: Endpoint> Theatre<'_, E> {
             let endpoint = self.open(index, 0)?;
             let trace = part(self.case, index);
             self.crafts[index].go(Nanos(0), trace);
-            self.processes.push(Process {
-                endpoint: Some(endpoint),
-                life: 0,
-                is_paused: false,
-                was_killed: false,
-                waits: false,
-                losses: Losses::default(),
-            });
+            self.processes.push(Process::new(endpoint));
         }
         self.schedule_faults();
         Ok(())
@@ -284,16 +292,7 @@ impl<E: Endpoint> Theatre<'_, E> {
     }
 
     fn board_line(&self, craft: CraftId) -> String {
-        let facts = (0..FACTS).map(FactId).filter_map(|fact| self.state(craft, fact));
-        let facts = facts.map(|FactState { value, version }| {
-            let sign = match value {
-                Value::Unknown => '?',
-                Value::Asserted => '+',
-                Value::Absent => '-',
-            };
-            format!("{sign}{}@{}", version.count, version.writer)
-        });
-        format!("{craft} holds {}", facts.collect::<Vec<_>>().join(" "))
+        board_line(craft, (0..FACTS).map(FactId).filter_map(|fact| self.state(craft, fact)))
     }
 
     pub(super) fn state(&self, craft: CraftId, fact: FactId) -> Option<FactState> {
@@ -309,19 +308,38 @@ impl<E: Endpoint> Theatre<'_, E> {
 
     /// Adds what process `index` counted in the life that it ends.
     pub(super) fn count(&mut self, index: usize) {
-        let counters = self.crafts[index].counters();
-        self.played.recovered += counters.recovered;
+        self.played.count(&self.crafts[index].counters());
+    }
+}
+
+impl Played {
+    /// Adds what a process counted.
+    pub(super) fn count(&mut self, counters: &Counters) {
+        self.recovered += counters.recovered;
         for class in [Class::Replication, Class::Reply] {
-            self.played.first_sent += counters.traffic[class as usize];
+            self.first_sent += counters.traffic[class as usize];
         }
         for class in [Class::Repair, Class::Ack] {
-            self.played.on_top += counters.traffic[class as usize];
+            self.on_top += counters.traffic[class as usize];
         }
     }
 }
 
+/// What `craft` holds, in a line.
+pub(super) fn board_line(craft: CraftId, facts: impl Iterator<Item = FactState>) -> String {
+    let facts = facts.map(|FactState { value, version }| {
+        let sign = match value {
+            Value::Unknown => '?',
+            Value::Asserted => '+',
+            Value::Absent => '-',
+        };
+        format!("{sign}{}@{}", version.count, version.writer)
+    });
+    format!("{craft} holds {}", facts.collect::<Vec<_>>().join(" "))
+}
+
 /// What is handed over, in a line.
-fn sample_line(index: usize, header: &Header) -> String {
+pub(super) fn sample_line(index: usize, header: &Header) -> String {
     let kind = header.kind().map_or_else(String::new, |kind| format!("{kind:?}"));
     let number = match header.kind() {
         Some(kind) if kind.is_numbered() => format!(" {}", header.sequence),
@@ -338,6 +356,6 @@ pub(super) fn part(case: &Case, index: usize) -> &[TraceRecord] {
     case.scene.trace.get(index).map_or(&[], Vec::as_slice)
 }
 
-fn failed(error: SendError) -> Violation {
+pub(super) fn failed(error: SendError) -> Violation {
     Violation::Network(error.to_string())
 }

@@ -2,14 +2,14 @@
 
 use super::fault::{Fault, What};
 use super::laws::Laws;
-use super::{Case, Played, STRATEGIES, Stage, Violation};
+use super::{Case, LOCKSTEP_STRATEGIES, Play, Played, STRATEGIES, Stage, Violation};
 use shared_types::ids::{CraftId, FactId};
-use shared_types::knowledge::{FactState, Value, Version};
+use shared_types::knowledge::{Change, FactState, Value, Version};
 use shared_types::trace::TraceRecord;
 use shared_types::transport::memory::MemoryEndpoint;
 use shared_types::transport::sequence::Sequences;
 use shared_types::transport::{Destination, Endpoint, Numbered, Peers, SendError, WorldSample};
-use shared_types::wire::{Class, Header, Kind, Losses, StrategyKind};
+use shared_types::wire::{Class, DeltaReader, Header, Kind, Losses, StrategyKind, write_deltas};
 
 /// Seeds of a strategy in a test; campaigns of the command take many more.
 const SEEDS: u64 = 150;
@@ -37,10 +37,34 @@ fn every_law_holds_under_every_strategy_whatever_befalls_the_fleet() {
 }
 
 #[test]
+fn every_trial_of_lockstep_goes_as_without_faults_whatever_befalls_the_fleet() {
+    let mut stage = Stage::default();
+    for strategy in LOCKSTEP_STRATEGIES {
+        let mut all = Played::default();
+        for seed in 0..SEEDS {
+            match Case::drawn(seed, strategy, Play::Lockstep).judge(&mut stage) {
+                Ok(played) => all += played,
+                Err(failure) => {
+                    let lines: Vec<String> =
+                        failure.minimal.iter().map(ToString::to_string).collect();
+                    panic!("{strategy}, seed {seed}: {}\n{}", failure.violation, lines.join("\n"));
+                }
+            }
+        }
+        assert!(all.kills > SEEDS / 2 && all.given_up > SEEDS / 4, "{strategy}: {all:?}");
+        assert!(all.trials > 2 * SEEDS && all.lost > SEEDS, "{strategy}: {all:?}");
+        assert!(all.recovered.repeats > SEEDS, "{strategy}: {all:?}");
+    }
+}
+
+#[test]
 fn a_case_goes_the_same_way_every_time() {
     let mut stage = Stage::default();
-    for strategy in [StrategyKind::Hierarchy, StrategyKind::CentralBatched] {
-        let case = Case::of(11, strategy);
+    let cases = [StrategyKind::Hierarchy, StrategyKind::CentralBatched]
+        .into_iter()
+        .flat_map(|strategy| [Play::Open, Play::Lockstep].map(|play| (strategy, play)));
+    for (strategy, play) in cases {
+        let case = Case::drawn(11, strategy, play);
         let lines = |stage: &mut Stage| {
             let mut lines = Vec::new();
             let played = case.play(stage, Some(&mut |at, what| lines.push((at, what))));
@@ -101,6 +125,12 @@ enum Bug {
     TellsNothing,
     /// Receipts are never sent: nobody hears of a gap.
     NeverReceipts,
+    /// What is handed over says the opposite.
+    TurnsRound,
+    /// A delta is handed over as one of the next turn.
+    Misdates,
+    /// A sample is counted as lost in every trial.
+    Loses,
 }
 
 /// An endpoint with a bug.
@@ -140,10 +170,18 @@ impl Endpoint for Buggy {
         &mut self,
         visit: &mut dyn FnMut(Destination, &Header, &[u8]),
     ) -> Result<usize, SendError> {
-        let times = if self.bug == Bug::HandsOverTwice { 2 } else { 1 };
+        let bug = self.bug;
+        let times = if bug == Bug::HandsOverTwice { 2 } else { 1 };
         self.endpoint.drain(&mut |destination, header, payload| {
+            let (mut header, mut payload) = (*header, payload.to_vec());
+            if header.kind() == Some(Kind::Delta) {
+                header.turn += u32::from(bug == Bug::Misdates);
+                if bug == Bug::TurnsRound {
+                    turn_round(&header, &mut payload);
+                }
+            }
             for _ in 0..times {
-                visit(destination, header, payload);
+                visit(destination, &header, &payload);
             }
         })
     }
@@ -203,16 +241,32 @@ impl Endpoint for Buggy {
     }
 
     fn take_losses(&mut self) -> Losses {
-        self.endpoint.take_losses()
+        let mut losses = self.endpoint.take_losses();
+        losses.gaps += u64::from(self.bug == Bug::Loses);
+        losses
     }
 }
 
-/// The laws that `bug` breaks in the first seeds of `strategy`, faults on links and processes or, if
+/// Makes every record of `payload` say the opposite.
+fn turn_round(header: &Header, payload: &mut [u8]) {
+    let reader = DeltaReader::new(payload, header.record_count).expect("a delta");
+    let mut changes: Vec<Change> = reader.changes().map(|change| change.expect("one")).collect();
+    for change in &mut changes {
+        change.value = match change.value {
+            Value::Asserted => Value::Absent,
+            _ => Value::Asserted,
+        };
+    }
+    let stride = payload.len() / changes.len().max(1);
+    write_deltas(&changes, stride, payload);
+}
+
+/// The laws that `bug` breaks in the first seeds of `strategy` that play `play`, faults on links and processes or, if
 /// not `with_deaths`, on links alone.
-fn broken_by(bug: Bug, strategy: StrategyKind, with_deaths: bool) -> Vec<Violation> {
+fn broken_by(bug: Bug, strategy: StrategyKind, play: Play, with_deaths: bool) -> Vec<Violation> {
     let mut stage = Stage::default();
     let cases = (0..40).map(|seed| {
-        let mut case = Case::of(seed, strategy);
+        let mut case = Case::drawn(seed, strategy, play);
         case.faults.retain(|fault| with_deaths || !matches!(fault.what, What::Kill(_)));
         case
     });
@@ -234,7 +288,27 @@ fn each_planted_bug_breaks_the_law_that_is_meant_for_it() {
         (Bug::TellsNothing, true, |broken| matches!(broken, Violation::Disagree { .. })),
     ];
     for (bug, with_deaths, law) in rows {
-        let broken = broken_by(bug, StrategyKind::Boundary, with_deaths);
+        let broken = broken_by(bug, StrategyKind::Boundary, Play::Open, with_deaths);
+        assert!(broken.iter().any(law), "{bug:?}: {broken:?}");
+    }
+}
+
+#[test]
+fn each_bug_planted_in_lockstep_breaks_the_law_that_is_meant_for_it() {
+    type Law = fn(&Violation) -> bool;
+    let stands_still: Law = |broken| matches!(broken, Violation::StandsStill { .. });
+    let rows: [(Bug, bool, Law); 8] = [
+        (Bug::NeverRepeats, false, stands_still),
+        (Bug::NeverReceipts, false, stands_still),
+        (Bug::HidesLosses, false, stands_still),
+        (Bug::Misdates, false, stands_still),
+        (Bug::RepeatsForEver, false, |broken| matches!(broken, Violation::OverBudget { .. })),
+        (Bug::HandsOverTwice, true, |broken| matches!(broken, Violation::HandedOverTwice { .. })),
+        (Bug::TurnsRound, false, |broken| matches!(broken, Violation::Invented { .. })),
+        (Bug::Loses, false, |broken| matches!(broken, Violation::WentAstray { .. })),
+    ];
+    for (bug, with_deaths, law) in rows {
+        let broken = broken_by(bug, StrategyKind::Boundary, Play::Lockstep, with_deaths);
         assert!(broken.iter().any(law), "{bug:?}: {broken:?}");
     }
 }

@@ -1,5 +1,6 @@
 //! The links of a campaign: what the faults of the moment make of a sample.
 
+use super::Case;
 use super::fault::{Fault, What};
 use shared_types::ids::CraftId;
 use shared_types::limits::REPEATS_MAX;
@@ -26,15 +27,18 @@ pub(super) struct Seen {
 #[derive(Debug)]
 pub(super) struct Weather {
     faults: Vec<Fault>,
+    /// How long a sample may be held up while others overtake it, ns at most.
+    overtaken_ns: u32,
     stream: Stream,
     seen: Rc<RefCell<Seen>>,
 }
 
 impl Weather {
-    pub(super) fn new(seed: u64, faults: &[Fault], seen: Rc<RefCell<Seen>>) -> Self {
+    pub(super) fn new(case: &Case, seen: Rc<RefCell<Seen>>) -> Self {
         let of_links = |fault: &&Fault| !matches!(fault.what, What::Kill(_) | What::Pause(_));
-        let stream = Stream::new(seed, 1, Purpose::Faults, 0);
-        Self { faults: faults.iter().filter(of_links).copied().collect(), stream, seen }
+        let stream = Stream::new(case.seed, 1, Purpose::Faults, 0);
+        let faults = case.faults.iter().filter(of_links).copied().collect();
+        Self { faults, overtaken_ns: case.play.span_ns() / 24, stream, seen }
     }
 }
 
@@ -60,18 +64,18 @@ impl Link for Weather {
                 What::Loss(permille) if strikes(permille) => verdict = Verdict::Drop,
                 What::Duplication(permille) if strikes(permille) => verdict = Verdict::Duplicate,
                 What::Reordering(permille) if strikes(permille) => {
-                    verdict = Verdict::Overtaken(u64::from(self.stream.below(1_000_000)));
+                    verdict = Verdict::Overtaken(u64::from(self.stream.below(self.overtaken_ns)));
                 }
                 What::Delay(ns) => verdict = Verdict::Delay(u64::from(ns)),
                 What::Partition(crafts) => {
                     let is_inside = |craft: u32| crafts >> craft.min(31) & 1 == 1;
                     if is_inside(header.source) != is_inside(receiver.0) {
-                        verdict = Verdict::Drop;
+                        verdict = Verdict::CutOff;
                     }
                 }
                 What::Loss(_) | What::Duplication(_) | What::Reordering(_) => {}
             }
-            if verdict == Verdict::Drop {
+            if matches!(verdict, Verdict::Drop | Verdict::CutOff) {
                 seen.lost += 1;
                 return verdict;
             }

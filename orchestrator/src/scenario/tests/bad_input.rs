@@ -318,6 +318,9 @@ fn numbers_out_of_bounds() {
 + [link]\nloss = 1.5 | 2:8 | a loss of 1.5 is impossible | a share
 + [link]\nloss = -0.1 | 2:8 | a loss of -0.1 is impossible | a share
 + [link]\nloss = nan | 2:8 | a loss of NaN is impossible | a share
++ [link]\nduplication = 1.5 | 2:15 | a duplication of 1.5 is impossible | a share
++ [link]\njitter-ms = -1 | 2:13 | a jitter of -1 ms is impossible | use 0 to
++ [link]\njitter-ms = nan | 2:13 | a jitter of NaN ms is impossible | use 0 to
 + [link]\nbandwidth-bits-per-s = 0 | 2:24 | a bandwidth of 0 | bits per second
 + [link]\nfrom-positions = { range-m = -1 } | 2:30 | a range of -1 | metres
 "#,
@@ -364,8 +367,14 @@ fn crafts_that_must_communicate_out_of_range() {
 fn outages_and_faults_of_nobody() {
     check_rows(
         r#"
-+ [[link.outages]]\ncraft = "arial"\nfrom-turn = 1\nuntil-turn = 2 | 2:9 | no craft `arial` | `aerial`?
-+ [[link.outages]]\ncraft = "aerial"\nfrom-turn = 2\nuntil-turn = 2 | 4:14 | ends before it begins | more than
++ [[link.outages]]\ncraft = "arial"\nfrom-ms = 1\nuntil-ms = 2 | 2:9 | no craft `arial` | `aerial`?
++ [[link.outages]]\ncraft = "aerial"\nfrom-ms = 2\nuntil-ms = 2 | 4:12 | ends before it begins | more than
++ [[link.outages]]\ncraft = "aerial"\nfrom-ms = -1\nuntil-ms = 2 | 3:11 | a time of -1 ms | start of a trial
++ [[link.outages]]\ncraft = []\nfrom-ms = 1\nuntil-ms = 2 | 2:9 | an outage of nobody | at least one
++ [[link.outages]]\nfrom-ms = 1\nuntil-ms = 2 | 1:1 | an outage of nobody | between = ["a", "b"]
++ [[link.outages]]\nbetween = ["aerial", "arial"]\nfrom-ms = 1\nuntil-ms = 2 | 2:11 | no craft `arial` | `aerial`?
++ [[link.outages]]\nbetween = ["aerial", "aerial"]\nfrom-ms = 1\nuntil-ms = 2 | 2:11 | no link to itself | two crafts
++ [[link.outages]]\ncraft = "aerial"\nbetween = ["aerial", "orbiter"]\nfrom-ms = 1\nuntil-ms = 2 | 3:11 | a craft and of a link | leave out
 + [[faults.process]]\ncraft = "arial"\nat-turn = 1 | 2:9 | no craft `arial` | `aerial`?
 + [[faults.process]]\ncraft = "aerial"\nat-turn = 200 | 3:11 | turn 200 never comes | run.turns
 + [[faults.process]]\ncraft = "aerial"\nat-turn = 1\nduration-turns = 0 | 4:18 | lasts no turn | leave it out

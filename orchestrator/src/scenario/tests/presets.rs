@@ -1,8 +1,8 @@
 //! Every preset reads, checks, compiles, and survives being written back.
 
 use crate::scenario::{
-    Base, LinkTable, NameTable, Override, PRESETS, ResolvedScenario, compile, find_preset, load,
-    load_text,
+    Base, NameTable, Override, PRESETS, ResolvedScenario, SimulatedLink, compile, find_preset,
+    load, load_text,
 };
 use agent::lockstep::Outcome;
 use agent::oracle::{Observed, Replay, compare};
@@ -96,7 +96,9 @@ fn every_preset_plays_as_replayed_under_all_its_strategies() {
         let network = compiled(&scenario);
         let fleet = network.view();
         let mut simulation = Simulation::new(fleet.craft_count(), MemoryOptions::default());
-        simulation.network().set_link(scenario.links().clone());
+        if let Some(link) = SimulatedLink::of(&scenario, 7) {
+            simulation.network().set_link(link);
+        }
         for &strategy in scenario.strategies() {
             if strategy == StrategyKind::Null {
                 continue; // Replays a script that the run adds.
@@ -124,14 +126,14 @@ fn positions_delay_a_simulated_mission_and_change_nothing_else() {
     let scenario = preset("planetary-survey");
     let network = compiled(&scenario);
     let spec = scenario.epoch_spec(StrategyKind::Boundary, 0);
-    let play = |links: Option<LinkTable>| {
+    let play = |link: Option<SimulatedLink>| {
         let mut simulation = Simulation::new(9, MemoryOptions::default());
-        if let Some(links) = links {
-            simulation.network().set_link(links);
+        if let Some(link) = link {
+            simulation.network().set_link(link);
         }
         simulation.play(&spec, &network.view()).unwrap()
     };
-    let (near, far) = (play(None), play(Some(scenario.links().clone())));
+    let (near, far) = (play(None), play(SimulatedLink::of(&scenario, 7)));
     assert_eq!(near.path, far.path);
     // The order goes down and two summaries come up, over 400 km each.
     let slower_ns = far.duration_ns.saturating_sub(near.duration_ns);

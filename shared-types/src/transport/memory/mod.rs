@@ -16,7 +16,7 @@ mod sending;
 
 pub use endpoint::MemoryEndpoint;
 
-use super::link::Link;
+use super::link::{Link, LinkCounts};
 use crate::ids::CraftId;
 use crate::time::Nanos;
 use crate::wire::Header;
@@ -100,9 +100,16 @@ impl MemoryNetwork {
         self.shared.borrow_mut().set_link(None);
     }
 
-    /// Starts the order of delivery of another trial; the numbering of samples runs on.
+    /// Starts the order of delivery of another trial, which the link hears of; the numbering of samples
+    /// runs on.
     pub fn reseed(&self, seed: u64, trial: u32) {
         self.shared.borrow_mut().reseed(seed, trial);
+    }
+
+    /// What the link did since [`Self::reseed`].
+    #[must_use]
+    pub fn link_counts(&self) -> LinkCounts {
+        self.shared.borrow().link_counts()
     }
 
     /// The virtual time.

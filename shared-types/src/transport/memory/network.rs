@@ -5,7 +5,7 @@ use crate::ids::CraftId;
 use crate::rng::{Purpose, Stream};
 use crate::time::Nanos;
 use crate::transport::intake::Through;
-use crate::transport::link::{Link, Verdict};
+use crate::transport::link::{Link, LinkCounts, Verdict};
 use crate::wire::Header;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
@@ -42,6 +42,8 @@ struct Way {
     capacity: usize,
     /// When the latest of them arrives: nothing behind it may arrive earlier.
     latest_due: Nanos,
+    /// The latest sent of those that have arrived.
+    latest_arrived: u64,
 }
 
 struct Sample {
@@ -85,6 +87,7 @@ pub(super) struct Network {
     flights: BinaryHeap<Reverse<Flight>>,
     order: Stream,
     link: Option<Box<dyn Link>>,
+    link_counts: LinkCounts,
     now: Nanos,
     sent: u64,
     unread: usize,
@@ -107,6 +110,7 @@ impl Network {
             flights: BinaryHeap::new(),
             order: Stream::new(options.seed, 0, Purpose::Delivery, 0),
             link: None,
+            link_counts: LinkCounts::default(),
             now: Nanos::default(),
             sent: 0,
             unread: 0,
@@ -170,6 +174,14 @@ impl Network {
 
     pub(super) fn reseed(&mut self, seed: u64, trial: u32) {
         self.order = Stream::new(seed, trial, Purpose::Delivery, 0);
+        self.link_counts = LinkCounts::default();
+        if let Some(link) = &mut self.link {
+            link.begin(self.now, trial);
+        }
+    }
+
+    pub(super) const fn link_counts(&self) -> LinkCounts {
+        self.link_counts
     }
 
     /// Opens the inbox of `node` for a new endpoint and returns that endpoint's generation.
@@ -220,7 +232,15 @@ impl Network {
     pub(super) fn add_way(&mut self, receiver: Node, through: Through, capacity: usize) -> WayId {
         let way = WayId(CraftId::from_index(self.ways.len()).0);
         let latest_due = self.now;
-        self.ways.push(Way { receiver, through, outstanding: 0, capacity, latest_due });
+        let (outstanding, latest_arrived) = (0, 0);
+        self.ways.push(Way {
+            receiver,
+            through,
+            outstanding,
+            capacity,
+            latest_due,
+            latest_arrived,
+        });
         way
     }
 
@@ -268,6 +288,7 @@ impl Network {
         let header = &self.samples[id.0 as usize].header;
         let verdict =
             self.link.as_mut().map_or(Verdict::Pass, |link| link.judge(self.now, receiver, header));
+        self.link_counts.count(verdict);
         match verdict {
             Verdict::Pass => self.depart(way, id, 0, true),
             Verdict::Delay(delay_ns) => self.depart(way, id, delay_ns, true),
@@ -276,15 +297,22 @@ impl Network {
                 self.depart(way, id, 0, true);
                 self.depart(way, id, 0, true);
             }
-            Verdict::Drop => {}
+            Verdict::Doubled { delay_ns, keeps_order } => {
+                self.depart(way, id, delay_ns, keeps_order);
+                self.depart(way, id, delay_ns, keeps_order);
+            }
+            Verdict::Drop | Verdict::CutOff => {}
         }
         true
     }
 
     pub(super) fn deliver_next(&mut self) -> Option<CraftId> {
-        let Reverse(Flight { due, sample, way, .. }) = self.flights.pop()?;
+        let Reverse(Flight { due, number, sample, way }) = self.flights.pop()?;
         self.now = self.now.max(due);
-        let receiver = self.ways[way as usize].receiver;
+        let Way { receiver, latest_arrived, .. } = &mut self.ways[way as usize];
+        let receiver = *receiver;
+        self.link_counts.overtaken += u64::from(number < *latest_arrived);
+        *latest_arrived = number.max(*latest_arrived);
         self.inboxes[receiver.index()].unread.push_back((sample, Some(WayId(way))));
         self.unread += 1;
         Some(self.craft(receiver))
