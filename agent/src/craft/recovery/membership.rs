@@ -14,6 +14,12 @@ impl Recovery {
         {
             return false;
         }
+        // Lives are numbered across the fleet: one older than this process was there before anything was sent,
+        // so whatever was sent was sent to it and is still to be confirmed.
+        if incarnation < self.life && !peer.is_gone {
+            peer.life = incarnation;
+            return false;
+        }
         let sent = [peer.unicast_next.unwrap_or(0), self.multicast_next.unwrap_or(0)];
         // What an earlier life was sent, this one learns from states. What it is asked for stays.
         peer.forget_numbers();
