@@ -75,6 +75,10 @@ pub const ASKS_MAX: u32 = 256;
 /// Numbered samples from one source after which a receipt is sent at once.
 pub const RECEIPT_SAMPLES: u32 = 32;
 
+/// What a real process waits before it asks again for what it misses, ns: a way there and back where
+/// processes wait for a core. Receipts come after half of it, a gap is named after an eighth.
+pub const REAL_PATIENCE_NS: u64 = 10_000_000;
+
 /// Every life writes versions from its number times this on, so that no two lives give out the same:
 /// more than one life writes a fact.
 pub const VERSIONS_PER_LIFE: u32 = 1 << 20;
@@ -114,6 +118,9 @@ pub const RATE_PER_S_MAX: f64 = 1e9;
 
 /// Most writes, and most reads, that a drawn trace has on average.
 pub const TRACE_RECORDS_MAX: f64 = 2e7;
+
+/// Longest stop of a process that a scenario states, s: an hour.
+pub const STOP_S_MAX: f64 = 3_600.0;
 
 /// Longest trial of a stated duration, in seconds: a year.
 pub const DURATION_S_MAX: f64 = 31_536_000.0;

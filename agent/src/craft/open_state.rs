@@ -93,7 +93,8 @@ impl Open {
     }
 
     /// Whether `asker`, which says what it knows of this board's facts, knows something newer that this
-    /// board should hold as well.
+    /// board should hold as well: written by a craft whose fact reaches this board. Where links do not all
+    /// lead everywhere `asker` may rightly hold what nobody is to tell this board.
     pub(super) fn is_behind(
         &self,
         asker: CraftId,
@@ -106,8 +107,15 @@ impl Open {
                 .then(|| board.target_on(held.fact, asker))
                 .flatten();
             let leads_back =
-                |there| fleet.board(asker).target_on(there, self.craft) == Some(held.fact);
-            there.is_some_and(leads_back) && held.version > self.board.state(held.fact).version
+                |craft, there| fleet.board(craft).target_on(there, self.craft) == Some(held.fact);
+            let writer = held.version.writer;
+            let reaches = || {
+                let at_writer = board.target_on(held.fact, writer);
+                writer == self.craft || at_writer.is_some_and(|fact| leads_back(writer, fact))
+            };
+            there.is_some_and(|there| leads_back(asker, there))
+                && held.version > self.board.state(held.fact).version
+                && reaches()
         })
     }
 

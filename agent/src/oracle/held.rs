@@ -75,14 +75,53 @@ impl Held {
         states
     }
 
+    /// The same where it is not known which of `traces` those in `doubtful` have played: the trace
+    /// decides nothing that they write.
+    pub(super) fn without(
+        mut self,
+        fleet: &FleetView<'_>,
+        traces: &[&[TraceRecord]],
+        doubtful: &[CraftId],
+    ) -> Self {
+        for &craft in doubtful {
+            let Some(&trace) = traces.get(craft.index()) else { continue };
+            for record in trace.iter().filter(|record| record.holds().is_some()) {
+                let targets = fleet.board(craft).targets(record.fact());
+                let places = targets.map(|target| (target.craft, target.fact));
+                for place in places.chain([(craft, record.fact())]) {
+                    if let Some(decided) = self.written.get_mut(&place) {
+                        *decided = None;
+                    }
+                }
+            }
+        }
+        self
+    }
+
     /// How many facts of the board of `craft` are not as the trace left them.
     pub(super) fn differences(&self, craft: CraftId, states: &[FactState]) -> u64 {
+        self.unlike(craft, states, |wanted, state| wanted != state)
+    }
+
+    /// The same, whatever the count of a version.
+    pub(super) fn values_that_differ(&self, craft: CraftId, states: &[FactState]) -> u64 {
+        self.unlike(craft, states, |wanted, state| {
+            (wanted.value, wanted.version.writer) != (state.value, state.version.writer)
+        })
+    }
+
+    fn unlike(
+        &self,
+        craft: CraftId,
+        states: &[FactState],
+        differ: impl Fn(&FactState, &FactState) -> bool,
+    ) -> u64 {
         let facts = (0..).map(FactId).zip(states).filter(|&(fact, state)| {
             let wanted = match self.written.get(&(craft, fact)) {
                 Some(decided) => *decided,
                 None => Some(self.start[craft.index()][fact.index()]),
             };
-            wanted.is_some_and(|wanted| wanted != *state)
+            wanted.is_some_and(|wanted| differ(&wanted, state))
         });
         facts.count() as u64
     }

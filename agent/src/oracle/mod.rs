@@ -5,7 +5,8 @@
 //! and no transport takes part, so the path of a trial does not depend on how it is replicated.
 //! [`Replay::expected`] then counts, from the firings alone, what each strategy has to send, and
 //! [`compare`] holds the reports of a real or simulated run against that, [`compare_open`] those of an
-//! interval of open mode, where the trace takes the place of the replay.
+//! interval of open mode, where the trace takes the place of the replay, and [`compare_recovered`] those of
+//! one that recovered from deaths and losses.
 //!
 //! Nothing here is shared with the code that it judges: no blackboard, no strategy, no craft. Only
 //! the vocabulary (networks, random streams, wire sizes) is common.
@@ -14,6 +15,7 @@ mod board;
 mod central;
 mod compare;
 mod compare_open;
+mod compare_recovered;
 mod deliveries;
 mod digest;
 mod expected;
@@ -29,6 +31,7 @@ mod tests;
 
 pub use compare::{Discrepancy, Metric, Observed, compare};
 pub use compare_open::{ObservedOpen, compare_open};
+pub use compare_recovered::compare_recovered;
 pub use deliveries::Deliveries;
 pub use digest::{board_digest, path_digest, replica_digest};
 pub use expected::{Expected, ExpectedCounts};

@@ -237,6 +237,10 @@ impl<E: Endpoint> Endpoint for Doomed<E> {
         self.inner.ring();
     }
 
+    fn expose(&mut self, is_exposed: bool) {
+        self.inner.expose(is_exposed);
+    }
+
     fn take_losses(&mut self) -> Losses {
         self.inner.take_losses()
     }

@@ -56,14 +56,17 @@ pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
     if let Some(doom) = doom {
         doom.strike_soon_after(Point::Opening);
     }
-    let endpoint = IceoryxEndpoint::open(&paths, arguments.craft, arguments.incarnation, options)?;
+    let endpoint = IceoryxEndpoint::open(&paths, arguments.craft, arguments.incarnation, options)?
+        .behind_links(arguments.loss);
     let surroundings = System {
         ending: &ending,
         wake: arguments.wake,
         idle: IdleWait::new(arguments.wake),
         page_bytes: rustix::param::page_size() as u64,
     };
-    let craft = Craft::new(arguments.craft).with_neighbours(arguments.beside.clone());
+    let craft = Craft::new(arguments.craft)
+        .with_neighbours(arguments.beside.clone())
+        .with_life(arguments.incarnation.0);
     let ended = match doom {
         None => Session::new(craft, endpoint, surroundings).run(),
         Some(doom) => Session::new(craft, Doomed::new(endpoint, doom), surroundings).run(),

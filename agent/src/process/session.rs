@@ -11,13 +11,14 @@ mod interval;
 use crate::craft::dispatch::dispatch;
 use crate::craft::{Craft, Outbox};
 use interval::Interval;
-use shared_types::ids::{CraftId, Turn};
+use shared_types::ids::Turn;
 use shared_types::knowledge::{FleetView, NetworkError};
 use shared_types::limits::REPORT_PART_BYTES;
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Endpoint, SendError, WorldSample};
 use shared_types::wire::{
-    ArchivedEpochSpec, Class, EpochSpec, Header, Kind, MembershipChange, TrialReport, TurnCommand,
+    ArchivedEpochSpec, Class, EpochSpec, GO_JOINING, Header, Kind, MembershipChange, TrialReport,
+    TurnCommand,
 };
 use zerocopy::{FromBytes, IntoBytes};
 
@@ -83,7 +84,8 @@ pub enum SessionError {
 enum Order {
     Begin(EpochSpec),
     Connect,
-    Go(Nanos),
+    /// The trace begins at this time; whoever joins comes after it.
+    Go(Nanos, bool),
     Tally(u32),
     Report,
     Membership(MembershipChange),
@@ -162,9 +164,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                 match order {
                     Order::Begin(spec) => return Ok(Some(spec)),
                     Order::Stop => return Ok(None),
-                    Order::Membership(change) => self.note(change),
+                    Order::Membership(change) => self.member_changed(change, None)?,
                     Order::Tally(question) => self.answer_tally(question)?,
-                    Order::Connect | Order::Go(_) | Order::Report => {}
+                    Order::Connect | Order::Go(..) | Order::Report => {}
                 }
             }
             if self.surroundings.must_end() {
@@ -201,16 +203,18 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             let mut orders = std::mem::take(&mut self.orders);
             for order in orders.drain(..) {
                 match order {
+                    // Meant for a successor: the epoch is under way here.
+                    Order::Begin(spec) if spec.epoch == self.epoch && !self.has_reported => {}
                     Order::Begin(spec) if spec.network == network => self.begin(fleet, &spec)?,
                     Order::Begin(spec) => return Ok(Served::Next(spec)),
                     Order::Connect => {
                         self.endpoint.update_connections()?;
                         self.tell(Kind::Connected, &[])?;
                     }
-                    Order::Go(started) => self.go(started, fleet),
+                    Order::Go(started, joins) => self.go(started, joins, fleet),
                     Order::Tally(question) => self.answer_tally(question)?,
                     Order::Report => self.report()?,
-                    Order::Membership(change) => self.note(change),
+                    Order::Membership(change) => self.member_changed(change, Some(fleet))?,
                     Order::Stop => return Ok(Served::Stop),
                 }
             }
@@ -219,13 +223,6 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                 return Ok(Served::Stop);
             }
             self.rest(arrived)?;
-        }
-    }
-
-    /// A process is gone: what waits for it would reach its successor, to which it means nothing.
-    fn note(&mut self, change: MembershipChange) {
-        if change.is_up == 0 {
-            self.endpoint.discard(CraftId(change.craft));
         }
     }
 
@@ -238,6 +235,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         self.craft.begin_epoch(spec, fleet);
         self.interval = spec.open.as_ref().map(Interval::of);
         self.endpoint.take_losses();
+        self.endpoint.expose(spec.recovery.is_some());
         self.endpoint.open_ports(&self.craft.peers(fleet))?;
         self.tell(Kind::EpochReady, &[])
     }
@@ -384,7 +382,7 @@ fn order(header: &Header, payload: &[u8]) -> Option<Order> {
             (spec.epoch == header.epoch).then_some(Order::Begin(spec))
         }
         Kind::Connect => Some(Order::Connect),
-        Kind::Go => Some(Order::Go(Nanos(header.intended_ns))),
+        Kind::Go => Some(Order::Go(Nanos(header.intended_ns), header.argument == GO_JOINING)),
         Kind::Tally => Some(Order::Tally(header.argument)),
         Kind::EpochEnd => Some(Order::Report),
         Kind::Membership => MembershipChange::read_from_bytes(payload).ok().map(Order::Membership),

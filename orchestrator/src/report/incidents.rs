@@ -55,9 +55,15 @@ fn sentence(event: &Event) -> Option<String> {
         Event::CraftLost { size, name, end, phase } => {
             Some(format!("craft `{name}` of the fleet of {size} was lost ({end}) in {phase}"))
         }
-        Event::CraftRestarted { size, name, rejoined_ns, .. } => {
-            let ms = *rejoined_ns as f64 / 1e6;
-            Some(format!("craft `{name}` of the fleet of {size} lived again after {ms:.0} ms"))
+        Event::CraftRestarted { size, name, rejoined_ns, caught_up_ns, .. } => {
+            let ms = |ns: u64| ns as f64 / 1e6;
+            let caught_up = caught_up_ns.map_or_else(String::new, |caught_up_ns| {
+                format!(" and had caught up after {:.0} ms", ms(caught_up_ns))
+            });
+            let after = ms(*rejoined_ns);
+            Some(format!(
+                "craft `{name}` of the fleet of {size} lived again after {after:.0} ms{caught_up}"
+            ))
         }
         Event::Discrepancy { cell, trial, what } => {
             Some(format!("{} crafts, {}, trial {trial}: {what}", cell.size, cell.strategy))
@@ -150,6 +156,7 @@ pub(super) fn loss_text(losses: &Losses) -> String {
         full_inboxes,
         full_outboxes,
         missed_multicasts,
+        lost_on_link,
     } = *losses;
     let parts: Vec<String> = [
         (late, "late"),
@@ -160,6 +167,7 @@ pub(super) fn loss_text(losses: &Losses) -> String {
         (full_inboxes, "held back by a full inbox"),
         (full_outboxes, "dropped by a full outbox"),
         (missed_multicasts, "multicasts repaired by unicast"),
+        (lost_on_link, "lost on links and made up for"),
     ]
     .into_iter()
     .filter(|&(count, _)| count > 0)

@@ -117,12 +117,18 @@ pub enum Event {
         incarnation: u32,
         /// Until what it held was freed and removed.
         reclaimed_ns: u64,
-        /// Until everybody else knew and had given the trial up.
+        /// Until everybody else had been told, and had given the trial up (an interval goes on).
         known_ns: u64,
+        /// Until the last of the others heard of it, in an interval.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        peers_noticed_ns: Option<u64>,
         /// Until its new process was up.
         ready_ns: u64,
-        /// Until it was connected in the next trial.
+        /// Until it was connected in the next trial, or in the interval that had lost it.
         rejoined_ns: u64,
+        /// Until it knew what it had missed of the interval.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        caught_up_ns: Option<u64>,
     },
     /// An identity does not hold.
     Discrepancy {

@@ -55,6 +55,9 @@ pub struct LoadRecord {
     pub overhead: Overhead,
     /// What was lost, refused or had to wait, all processes.
     pub losses: Losses,
+    /// What recovery did, where the fleet recovers; absent in files elsewhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recovery: Option<LoadRecovery>,
     /// Every stage that had events.
     pub stages: BTreeMap<Stage, Distribution>,
     /// Median share of each part of time to knowledge, in percent, among the events at or above a
@@ -87,6 +90,27 @@ pub struct LoadRecord {
     pub sharers: f64,
     /// Share of the writes that are of boundary facts.
     pub boundary_fraction: f64,
+}
+
+/// What recovery did in an interval, all processes that lived at its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LoadRecovery {
+    /// Processes that died and were followed by a new life.
+    pub deaths: u64,
+    /// Records of the trace that were due while their craft did not live, and were not made.
+    pub records_missed: u64,
+    /// Samples sent again.
+    pub repeats: u64,
+    /// Samples that were never repeated, so that the state was asked for instead.
+    pub given_up: u64,
+    /// Changes that were learnt from states; no time to knowledge is counted for them.
+    pub learnt: u64,
+    /// Questions for a state that stayed without an answer.
+    pub states_missed: u64,
+    /// Samples that links of the scenario lost.
+    pub lost_on_link: u64,
+    /// Samples that full outboxes dropped, and that recovery made up for.
+    pub dropped: u64,
 }
 
 impl LoadRecord {

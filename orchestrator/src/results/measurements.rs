@@ -363,6 +363,8 @@ impl Rows {
             full_inboxes,
             full_outboxes,
             missed_multicasts,
+            // Repaired; kept with the record's part of recovery.
+            lost_on_link: _,
         } = *losses;
         for (metric, value) in [
             ("late", late),

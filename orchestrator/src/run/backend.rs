@@ -1,5 +1,6 @@
 //! What plays trials: a real fleet or the simulator, behind one trait.
 
+use super::inflict::Infliction;
 use super::recovery::Recovery;
 use crate::supervision::signals::{Signals, StopRequest};
 use crate::supervision::watch::CraftEnded;
@@ -59,6 +60,8 @@ pub struct PlayedOpen {
     pub orchestrator_sleeps: u64,
     /// The orchestrator's own traffic of class control.
     pub control: Traffic,
+    /// Who died and has a successor that played on; nobody in simulation.
+    pub dead: Vec<CraftEnded>,
 }
 
 /// Why a trial was not played to its end.
@@ -135,6 +138,11 @@ pub trait Backend {
         spec: &EpochSpec,
         network: &FleetNetwork,
     ) -> Result<PlayedOpen, PlayError>;
+
+    /// What befalls processes in the next trial or interval; nothing where there are none.
+    fn inflict(&mut self, faults: Vec<Infliction>) {
+        let _ = faults;
+    }
 
     /// Puts successors into the places of processes that ended; the epoch under way is given up.
     ///

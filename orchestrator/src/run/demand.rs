@@ -23,6 +23,11 @@ pub fn demand(plan: &FleetPlan, seed: u64) -> Demand {
     let is_open = !plan.loads.is_empty() || !plan.searched.is_empty();
     let ports: Vec<(StrategyKind, Vec<Peers>)> =
         plan.strategies.iter().map(|&kind| (kind, peers(kind, &fleet))).collect();
+    let recovers = is_open && plan.scenario.open_recovery().is_some();
+    let ports: Vec<_> = ports
+        .into_iter()
+        .map(|(kind, peers)| (kind, if recovers { with_recovery(kind, peers) } else { peers }))
+        .collect();
     let shape = FleetShape::of_epochs(ports.iter().map(|(kind, peers)| EpochPorts {
         peers,
         samples_in_flight: match kind {
@@ -61,6 +66,17 @@ fn peers(kind: StrategyKind, fleet: &FleetView<'_>) -> Vec<Peers> {
     }
     let strategy = strategy(kind);
     crafts.map(|craft| strategy.peers(&Context { craft, fleet })).collect()
+}
+
+/// The same with the ports of recovery: without a centre everybody asks everybody.
+fn with_recovery(kind: StrategyKind, mut peers: Vec<Peers>) -> Vec<Peers> {
+    if !kind.has_centre() {
+        let all: Vec<CraftId> = (0..peers.len()).map(CraftId::from_index).collect();
+        for (own, peers) in peers.iter_mut().enumerate() {
+            peers.unicast = all.iter().copied().filter(|craft| craft.index() != own).collect();
+        }
+    }
+    peers
 }
 
 /// Facts that one firing writes at most.

@@ -1,6 +1,7 @@
 //! One epoch of a run: prepare it, have it played, judge it, keep what happened.
 
 use super::backend::{Backend, PlayError};
+use super::inflict::Infliction;
 use super::plan::FleetPlan;
 use super::timing::FIRST_TIMING_TRIAL;
 use super::verdict::{self, Demands};
@@ -94,6 +95,8 @@ impl Runner<'_> {
         };
         let phase = format!("{size} crafts, {strategy}, {part}");
         self.progress.at(self.done, self.plan.epochs(), &phase);
+        let is_timed = spec.trial >= FIRST_TIMING_TRIAL;
+        backend.inflict(if is_timed { Vec::new() } else { Infliction::all_of(&plan.scenario) });
         let was_ready = backend.ready_ns().is_some();
         let result = backend.play(&prepared.playable(spec), &prepared.network);
         self.epoch += 1;

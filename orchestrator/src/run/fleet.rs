@@ -5,6 +5,7 @@
 //! trial goes (`play`), what is played, and what follows from a loss (the run's loop).
 
 use super::backend::PlayError;
+use super::inflict::Infliction;
 use super::patience::Patience;
 use super::recovery::{Life, Recovery};
 use super::strike::{Strike, Struck};
@@ -20,15 +21,19 @@ use agent::process::doom::Doom;
 use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
 use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost, IdleWait, Wake};
+use shared_types::transport::incoming::LinkLoss;
 use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{Destination, Endpoint, Peers, WakeMode, clock};
 use shared_types::wire::{Class, EpochSpec, HEADER_BYTES, Header, Kind, Traffic};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::AsFd;
 
 /// How long crafts may take to come up, to open their ports, or to report, ns. Generous: a fleet of
 /// 128 on two busy cores takes seconds, and a craft that ends meanwhile is noticed at once.
 pub(super) const ANSWER_LIMIT_NS: u64 = 30_000_000_000;
+
+/// The question that nobody asks in an interval: whether everything before it was heard.
+pub(super) const LAST_QUESTION: u32 = u32::MAX;
 
 /// Waits of the orchestrator between two looks at processes and signals while it only yields.
 const WAITS_BETWEEN_LOOKS: u32 = 128;
@@ -54,6 +59,8 @@ pub struct FleetOptions {
     pub dooms: BTreeMap<CraftId, Doom>,
     /// What the janitor does for crafts that died.
     pub janitor: Steps,
+    /// What links lose, in epochs that recover.
+    pub loss: Option<LinkLoss>,
 }
 
 impl FleetOptions {
@@ -95,6 +102,10 @@ pub struct RealFleet<'a> {
     pub(super) restarts: Option<Restarts>,
     /// Those that are under way, and those that nobody has asked for.
     pub(super) recoveries: Vec<Recovery>,
+    /// Number of the next question for tallies.
+    pub(super) questions: u32,
+    /// Faults that the next epoch, or the one under way, still has.
+    pub(super) inflictions: Vec<Infliction>,
     /// Blows that are planned, the next one last, and those that were struck.
     pub(super) strikes: Vec<Strike>,
     pub(super) struck: Vec<Struck>,
@@ -154,6 +165,8 @@ impl<'a> RealFleet<'a> {
             lives_given: 0,
             restarts: options.restart.map(Restarts::new),
             recoveries: Vec::new(),
+            questions: 0,
+            inflictions: Vec::new(),
             strikes: Vec::new(),
             struck: Vec::new(),
             options,
@@ -167,7 +180,7 @@ impl<'a> RealFleet<'a> {
         }
         match fleet.await_ready() {
             Err(PlayError::Lost(lost)) => fleet.replace(lost)?,
-            ended => ended?,
+            ended => drop(ended?),
         }
         Ok(fleet)
     }
@@ -287,21 +300,28 @@ impl<'a> RealFleet<'a> {
         expected: u32,
         take: &mut dyn FnMut(CraftId, &Header, &[u8]) -> bool,
     ) -> Result<(), PlayError> {
+        let all: Vec<CraftId> = (0..expected).map(CraftId).collect();
+        self.await_from(kind, &all, take)
+    }
+
+    /// The same of those in `crafts`.
+    pub(super) fn await_from(
+        &mut self,
+        kind: Kind,
+        crafts: &[CraftId],
+        take: &mut dyn FnMut(CraftId, &Header, &[u8]) -> bool,
+    ) -> Result<(), PlayError> {
         self.be_patient(ANSWER_LIMIT_NS, clock::now());
-        let mut has_answered = vec![false; expected as usize];
-        let mut missing = expected;
-        while missing > 0 {
+        let mut missing: BTreeSet<CraftId> = crafts.iter().copied().collect();
+        while !missing.is_empty() {
             self.pump(&mut |source, arrived, header, payload| {
-                if arrived == kind && source.0 < expected && take(source, header, payload) {
-                    let answered = &mut has_answered[source.index()];
-                    missing -= u32::from(!std::mem::replace(answered, true));
+                let is_meant = arrived == kind && missing.contains(&source);
+                if is_meant && take(source, header, payload) {
+                    missing.remove(&source);
                 }
             })?;
             if self.is_overdue() {
-                let silent: Vec<String> = (0..expected)
-                    .filter(|&craft| !has_answered[craft as usize])
-                    .map(|craft| craft.to_string())
-                    .collect();
+                let silent: Vec<String> = missing.iter().map(CraftId::to_string).collect();
                 let silent = silent.join(", ");
                 return Err(PlayError::Failed(format!("no {kind:?} from processes {silent}")));
             }

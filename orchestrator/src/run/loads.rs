@@ -3,6 +3,7 @@
 
 use super::backend::{Backend, PlayError, PlayedOpen};
 use super::epoch::{self, Rules};
+use super::inflict::Infliction;
 use super::measured::Measured;
 use super::offer::Offer;
 use super::plan::{FleetPlan, LoadLabel, LoadPlan, OpenPlan};
@@ -54,6 +55,7 @@ impl Runner<'_> {
                     Bearing { plan, open, load, offer: &offer, cell, label, place, network };
                 match self.bear(backend, &bearing)? {
                     Ok((record, histograms)) => self.store.append_load(&record, &histograms)?,
+                    Err(Ended::Epoch) => {}
                     Err(ended) => return Ok(ended),
                 }
                 self.done += 1;
@@ -74,19 +76,21 @@ impl Runner<'_> {
         self.progress.at(self.done, self.plan.epochs(), &phase);
         let warm_up_ns = open.warm_up_ns.min(open.duration_ns).max(1);
         let epochs = open.warm_up_ns.div_ceil(warm_up_ns);
+        backend.inflict(Vec::new());
         for _ in 0..epochs {
             match self.play_interval(backend, bearing, warm_up_ns)? {
                 Ok((_, played)) if !played.is_quiet => self.note(format!(
                     "{phase}: the fleet did not come to rest after the unmeasured part; what was still \
                      under way then counts as lost"
                 ))?,
-                Ok(_) => {}
-                Err(error) => return self.end_early(plan, &phase, error).map(Err),
+                Ok((_, played)) => self.keep_losses(&played.dead, plan, &phase)?,
+                Err(error) => return self.end_cell(backend, bearing, &phase, error).map(Err),
             }
         }
+        backend.inflict(Infliction::all_of(&plan.scenario));
         let (spec, played) = match self.play_interval(backend, bearing, open.duration_ns)? {
             Ok(played) => played,
-            Err(error) => return self.end_early(plan, &phase, error).map(Err),
+            Err(error) => return self.end_cell(backend, bearing, &phase, error).map(Err),
         };
         let interval = spec.open.as_ref().expect("invariant: an interval of open mode");
         let measured = match Measured::of(bearing.offer, &spec, interval, &played) {
@@ -98,6 +102,24 @@ impl Runner<'_> {
         self.judge_interval(bearing, &phase, &spec, &played, &measured)?;
         let record = bearing.record(&spec, epochs * warm_up_ns, &played, &measured);
         Ok(Ok((record, measured.histograms)))
+    }
+
+    /// A cell that could not be played to its end: it is lost if a craft was, and successors are there
+    /// for the next one, else the fleet's part of the run is over.
+    fn end_cell(
+        &mut self,
+        backend: &mut impl Backend,
+        bearing: &Bearing<'_>,
+        phase: &str,
+        error: PlayError,
+    ) -> Result<Ended, StoreError> {
+        match error {
+            PlayError::Lost(lost) => {
+                let spec = bearing.spec(self.plan.seed, self.epoch, bearing.open.duration_ns);
+                self.go_on_without(lost, backend, bearing.plan, (bearing.cell, &spec, phase))
+            }
+            error => self.end_early(bearing.plan, phase, error),
+        }
     }
 
     /// Plays the first `duration_ns` of the trace.
@@ -112,6 +134,7 @@ impl Runner<'_> {
         let was_ready = backend.ready_ns().is_some();
         let played = backend.play_open(&spec, &bearing.offer.network);
         self.epoch += 1;
+        self.keep_recoveries(backend, bearing.plan, false)?;
         if let (false, Some(ready_ns)) = (was_ready, backend.ready_ns()) {
             self.store.event(Event::FleetReady { block, size, ready_ns })?;
         }
@@ -129,7 +152,9 @@ impl Runner<'_> {
         measured: &Measured,
     ) -> Result<(), StoreError> {
         let mut end = TrialEnd::Finished;
-        if measured.losses.is_partial() {
+        if spec.recovery.is_some() {
+            end = self.judge_recovered(bearing, phase, spec, played, measured)?;
+        } else if measured.losses.is_partial() {
             end = TrialEnd::Partial;
             if measured.losses.full_outboxes == 0 {
                 self.outcome = self.outcome.worse(Outcome::Partial);
@@ -156,6 +181,7 @@ impl Bearing<'_> {
             turns_max: u32::try_from(records).unwrap_or(u32::MAX),
             ignores_finals: true,
             reasoning: shared_types::reasoning::Reasoning::default(),
+            recovery: self.plan.scenario.open_recovery(),
             open: Some(OpenSpec {
                 duration_ns,
                 slice_ns: self.open.slice_ns,
@@ -178,6 +204,7 @@ impl Bearing<'_> {
         let is_exact = !spec.strategy.has_centre()
             && played.is_quiet
             && !spec.sends_altered_only
+            && spec.recovery.is_none()
             && !measured.losses.is_partial();
         LoadRecord {
             cell: self.cell,
@@ -199,6 +226,7 @@ impl Bearing<'_> {
             expected: is_exact.then(|| self.expected(spec, played)),
             overhead: measured.overhead,
             losses: measured.losses,
+            recovery: measured.recovery,
             stages: measured.stages.clone(),
             shares: measured.shares.clone(),
             second_half_ratio: measured.second_half_ratio,

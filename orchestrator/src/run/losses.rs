@@ -96,5 +96,7 @@ fn restarted(recovery: &Recovery, size: u32, name: &str) -> Option<Event> {
         known_ns: since(recovery.known?),
         ready_ns: since(recovery.ready?),
         rejoined_ns: since(recovery.rejoined?),
+        peers_noticed_ns: recovery.peers_noticed.map(since),
+        caught_up_ns: recovery.caught_up.map(since),
     })
 }

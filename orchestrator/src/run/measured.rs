@@ -6,9 +6,10 @@
 
 use super::backend::PlayedOpen;
 use super::offer::Offer;
+use super::repaired::mended;
 use super::staleness::Staleness;
 use super::verdict;
-use crate::results::load::{LoadHistograms, Saturation};
+use crate::results::load::{LoadHistograms, LoadRecovery, Saturation};
 use crate::results::record::{Counts, Overhead};
 use crate::results::statistics::{Distribution, Quantile, as_float, merged, time_histogram};
 use agent::metrics::{SHARE_STEPS, class_floor_ns, share_part_name};
@@ -54,8 +55,10 @@ pub struct Measured {
     pub counts: Counts,
     /// Traffic of the ledger and of repair.
     pub overhead: Overhead,
-    /// What was lost, refused or had to wait.
+    /// What was lost, refused or had to wait; what recovery made up for is not lost.
     pub losses: Losses,
+    /// What recovery did, where the fleet recovers.
+    pub recovery: Option<LoadRecovery>,
     /// CPU time of all processes in the interval, ns.
     pub fleet_cpu_ns: u64,
     /// Time that they were ready to run and did not, ns.
@@ -82,7 +85,9 @@ impl Measured {
         // Knowledge is counted at the crafts, never at the centre.
         let crafts = || of_crafts(offer, reports);
         let sum = |part: fn(&OpenReport) -> u64| crafts().map(|(_, open)| part(open)).sum::<u64>();
-        let censored = censor(offer, spec.strategy, crafts(), &mut histograms);
+        // Of a craft that died, nobody knows what it had known.
+        let is_whole = |craft: CraftId| played.dead.iter().all(|ended| ended.craft != craft);
+        let censored = censor(offer, spec.strategy, crafts(), &is_whole, &mut histograms);
         let knowledge = merged(&histograms.knowledge);
         let mut stages: BTreeMap<Stage, Distribution> = histograms
             .stages
@@ -93,6 +98,10 @@ impl Measured {
             stages.insert(Stage::Knowledge, Distribution::of(&knowledge));
         }
         let losses = verdict::losses(reports);
+        let (recovery, losses) = match spec.recovery.map(|_| mended(played, losses)) {
+            Some((recovery, lost)) => (Some(recovery), lost),
+            None => (None, losses),
+        };
         let mut overhead = Overhead { control: played.control, ..Overhead::default() };
         let mut counts = Counts::default();
         for report in reports {
@@ -116,6 +125,7 @@ impl Measured {
             counts,
             overhead,
             losses,
+            recovery,
             fleet_cpu_ns: reports.iter().map(|report| report.cpu_ns).sum(),
             run_delay_ns: opens(reports).map(|open| open.run_delay_ns).sum(),
             sleeps: opens(reports).map(|open| open.sleeps).sum(),
@@ -135,6 +145,10 @@ impl Measured {
     ) -> Option<Saturation> {
         if self.losses.full_outboxes > 0 {
             return Some(Saturation::FullOutbox);
+        }
+        if self.recovery.is_some_and(|recovery| recovery.deaths > 0) {
+            // What a craft would have borne that did not live, nobody knows.
+            return None;
         }
         let asking_ns = if strategy.has_centre() { ASKS_UNDER_WAY * open.asks_every_ns } else { 0 };
         let asked_for = offer.duration_ns.saturating_sub(SETTLING_NS + asking_ns);
@@ -205,6 +219,7 @@ fn censor<'a>(
     offer: &Offer,
     strategy: StrategyKind,
     crafts: impl Iterator<Item = (CraftId, &'a OpenReport)>,
+    is_whole: &impl Fn(CraftId) -> bool,
     histograms: &mut LoadHistograms,
 ) -> u64 {
     if strategy == StrategyKind::Null {
@@ -212,8 +227,10 @@ fn censor<'a>(
     }
     let last = histograms.knowledge.last_mut().expect("invariant: an interval has a slice");
     let mut censored = 0;
-    for (receiver, open) in crafts {
-        for origin in (0..offer.trace.len()).map(CraftId::from_index) {
+    for (receiver, open) in crafts.filter(|&(receiver, _)| is_whole(receiver)) {
+        for origin in
+            (0..offer.trace.len()).map(CraftId::from_index).filter(|&craft| is_whole(craft))
+        {
             let applied = open.applied_from.get(origin.index()).copied().unwrap_or(0);
             for due_ns in offer.missing(origin, receiver, applied) {
                 last.saturating_record((offer.duration_ns - due_ns).max(1));

@@ -16,6 +16,7 @@ mod epoch;
 pub mod estimate;
 mod fleet;
 mod guard;
+mod inflict;
 mod loads;
 mod losses;
 pub mod measured;
@@ -27,7 +28,9 @@ pub mod plan;
 mod play;
 mod probing;
 mod recovery;
+mod repaired;
 mod reports;
+mod revival;
 mod staleness;
 pub mod strike;
 #[cfg(test)]

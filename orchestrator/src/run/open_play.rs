@@ -4,10 +4,11 @@
 //! one wait, to the interval's end. After it, it asks how much every process has sent and received
 //! until nothing is under way: what was sent when all were asked must be what had been received when
 //! all were asked the time before. A fleet that does not come to rest is given up after a grace, with
-//! whatever it reports. Not here: what the numbers mean.
+//! whatever it reports. In an epoch that recovers, deaths are followed by new lives all the while. Not
+//! here: what the numbers mean, and how a new life comes in (`revival`).
 
 use super::backend::{PlayError, PlayedOpen};
-use super::fleet::RealFleet;
+use super::fleet::{LAST_QUESTION, RealFleet};
 use super::play::taking_part;
 use super::reports::Reports;
 use agent::simulation::SimulationError;
@@ -34,6 +35,10 @@ const QUESTION_PAUSE_NS: u64 = 2_000_000;
 const QUIET_GRACE_NS: u64 = 1_000_000_000;
 const QUIET_GRACE_EXCHANGES: u64 = 3;
 
+/// The same in patiences of a fleet that recovers: it asks again with growing pauses, and who was stopped
+/// has much to ask for.
+const QUIET_GRACE_PATIENCES: u64 = 2_000;
+
 impl RealFleet<'_> {
     /// Plays the trace of `network` as `spec.open` says.
     pub(super) fn play_interval(
@@ -48,7 +53,7 @@ impl RealFleet<'_> {
             return Err(SimulationError::NotOpen(spec.strategy).into());
         }
         self.control = Traffic::default();
-        self.begin(spec, network)?;
+        let mut dead = self.begin_lastingly(spec, network)?;
         let processes = taking_part(self, spec);
         let ahead_ns = AHEAD_NS + u64::from(processes) * AHEAD_PER_PROCESS_NS;
         let started = clock::now().plus(ahead_ns);
@@ -56,13 +61,23 @@ impl RealFleet<'_> {
         go.intended_ns = started.0;
         self.tell_with(spec, go, &[])?;
         self.note_ready(started);
+        self.plan_blows(started);
         let ends = started.plus(open.duration_ns);
         let cpu_start = clock::process_cpu();
-        let orchestrator_sleeps = self.sleep(ends)?;
+        let orchestrator_sleeps =
+            self.lastingly(spec, started, &mut dead, |fleet| fleet.sleep(ends))?;
         let orchestrator_cpu_ns = clock::process_cpu().since(cpu_start);
         let exchanges_ns = open.asks_every_ns.saturating_mul(QUIET_GRACE_EXCHANGES);
-        let is_quiet = self.await_quiet(spec, ends.plus(QUIET_GRACE_NS).plus(exchanges_ns))?;
+        let recovery_ns = spec
+            .recovery
+            .map_or(0, |recovery| recovery.patience_ns.saturating_mul(QUIET_GRACE_PATIENCES));
+        let grace_ns = QUIET_GRACE_NS.saturating_add(exchanges_ns).saturating_add(recovery_ns);
+        let is_quiet = self.lastingly(spec, started, &mut dead, |fleet| {
+            let given_up = clock::now().max(ends).plus(grace_ns);
+            fleet.await_quiet(spec, given_up)
+        })?;
         let reports = self.collect(spec)?;
+        self.note_reported(&reports);
         if !is_quiet {
             // Who has reported begins nothing new; what is still under way must not be late in the
             // next epoch.
@@ -74,6 +89,7 @@ impl RealFleet<'_> {
             orchestrator_cpu_ns,
             orchestrator_sleeps,
             control: self.control,
+            dead,
         })
     }
 
@@ -84,7 +100,8 @@ impl RealFleet<'_> {
         let until = self.options.run_ends.map_or(until, |ends| ends.min(until));
         let mut wakes = 0;
         loop {
-            let left_ns = until.since(clock::now());
+            let look = self.next_strike().map_or(until, |due| due.min(until));
+            let left_ns = look.since(clock::now());
             let timeout = Timespec {
                 tv_sec: i64::try_from(left_ns / NANOS_PER_SECOND).unwrap_or(i64::MAX),
                 tv_nsec: i64::try_from(left_ns % NANOS_PER_SECOND).unwrap_or(0),
@@ -105,24 +122,31 @@ impl RealFleet<'_> {
     }
 
     /// Asks until the fleet is quiet; says whether it became so before it is given up.
-    fn await_quiet(&mut self, spec: &EpochSpec, given_up: Nanos) -> Result<bool, PlayError> {
+    fn await_quiet(&mut self, spec: &EpochSpec, mut given_up: Nanos) -> Result<bool, PlayError> {
         let mut received_before = None;
-        for question in 0.. {
+        loop {
             self.sleep(clock::now().plus(QUESTION_PAUSE_NS))?;
-            let total = self.ask(spec, question)?;
+            let asked = clock::now();
+            let total = self.ask(spec)?;
+            if spec.recovery.is_some() {
+                // Who was stopped meanwhile begins to catch up only now.
+                given_up = given_up.plus(clock::now().since(asked));
+            }
             if total.left == 0 && received_before == Some(total.sent) {
                 return Ok(true);
             }
             received_before = (total.left == 0).then_some(total.received);
             if clock::now() >= given_up {
-                break;
+                return Ok(false);
             }
         }
-        Ok(false)
     }
 
     /// What all processes together have sent, received and left to do.
-    fn ask(&mut self, spec: &EpochSpec, question: u32) -> Result<TallyReport, PlayError> {
+    fn ask(&mut self, spec: &EpochSpec) -> Result<TallyReport, PlayError> {
+        // No question is put twice: an answer to an earlier one may still be under way.
+        let question = self.questions;
+        self.questions = (question + 1) % LAST_QUESTION;
         let mut header = Header::new(Class::Control, Kind::Tally);
         header.argument = question;
         self.tell_with(spec, header, &[])?;

@@ -3,6 +3,7 @@
 
 use super::backend::{Backend, Clocked, PlayError, Played, PlayedOpen};
 use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
+use super::inflict::Infliction;
 use super::recovery::Recovery;
 use super::reports::Reports;
 use crate::supervision::watch::CraftEnded;
@@ -55,6 +56,10 @@ impl Backend for RealFleet<'_> {
         network: &FleetNetwork,
     ) -> Result<PlayedOpen, PlayError> {
         self.play_interval(spec, network)
+    }
+
+    fn inflict(&mut self, faults: Vec<Infliction>) {
+        self.plan_faults(faults);
     }
 
     fn recover(&mut self, lost: Vec<CraftEnded>) -> Result<(), PlayError> {
@@ -133,6 +138,11 @@ impl Trial {
         let limit_ns =
             if command.is_last == 0 { fleet.options.turn_limit_ns } else { ANSWER_LIMIT_NS };
         fleet.be_patient(limit_ns, opened);
+        if let Some(turn) = command.opened() {
+            fleet
+                .strike_in_turn(turn, opened)
+                .map_err(|error| PlayError::Failed(error.to_string()))?;
+        }
         loop {
             fleet.pump(&mut |source, kind, header, payload| {
                 if header.epoch == self.spec.epoch {

@@ -54,6 +54,7 @@ impl Runner<'_> {
             let candidate = Candidate { plan, open, capacity, block, label, place };
             match self.examine(backend, &candidate) {
                 Ok(()) => self.done += 1,
+                Err(Cut::Ended(Ended::Epoch)) => {}
                 Err(Cut::Ended(ended)) => return Ok(ended),
                 Err(Cut::Store(error)) => return Err(error),
             }

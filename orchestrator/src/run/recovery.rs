@@ -9,7 +9,7 @@
 //! loop).
 
 use super::backend::PlayError;
-use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
+use super::fleet::{ANSWER_LIMIT_NS, LAST_QUESTION, RealFleet};
 use crate::launch::craft_process::CraftProcess;
 use crate::launch::janitor::{Janitor, PATIENCE_NS, Reclaimed};
 use crate::supervision::watch::CraftEnded;
@@ -17,6 +17,7 @@ use agent::process::startup::AgentArguments;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use shared_types::ids::{CraftId, Incarnation};
+use shared_types::limits::LIVES_MAX;
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Endpoint as _, clock};
 use shared_types::wire::{Class, Header, Kind, MembershipChange};
@@ -26,9 +27,6 @@ use zerocopy::IntoBytes as _;
 
 /// How long those who live may take to give an epoch up, ns.
 const QUIET_LIMIT_NS: u64 = 5_000_000_000;
-
-/// The question that nobody asks in an interval: whether everything before it was heard.
-const QUESTION: u32 = u32::MAX;
 
 /// The life of one craft's process.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,12 +47,16 @@ pub struct Recovery {
     pub noticed: Nanos,
     /// What the janitor achieved; `None` if the fleet ended before.
     pub reclaimed: Option<Reclaimed>,
-    /// When everybody who lives knew, and had given the epoch up.
+    /// When everybody who lives had been told, and had given a trial up; an interval goes on.
     pub known: Option<Nanos>,
+    /// When the last of the others heard of it in an interval.
+    pub peers_noticed: Option<Nanos>,
     /// When the successor said that it is up.
     pub ready: Option<Nanos>,
-    /// When the successor was connected in the next epoch.
+    /// When the successor was connected in the next epoch, or in the interval that lost it.
     pub rejoined: Option<Nanos>,
+    /// When the successor knew what it had missed of an interval.
+    pub caught_up: Option<Nanos>,
     /// Whether the successor died before it was back: another death, with a recovery of its own.
     pub is_cut_short: bool,
     /// When the successor may be started.
@@ -70,6 +72,11 @@ impl Recovery {
 
     const fn awaits_successor(&self) -> bool {
         !self.is_cut_short && self.ready.is_none()
+    }
+
+    /// Whether there is a successor, or will be one, that is not connected yet.
+    pub(super) const fn is_awaited(&self) -> bool {
+        !self.is_over()
     }
 }
 
@@ -108,12 +115,15 @@ impl RealFleet<'_> {
     }
 
     /// Takes note of deaths.
-    fn mourn(&mut self, lost: Vec<CraftEnded>) -> Result<(), PlayError> {
+    pub(super) fn mourn(&mut self, lost: Vec<CraftEnded>) -> Result<(), PlayError> {
         let now = clock::now();
         let Some(restarts) = &mut self.restarts else { return Err(PlayError::Lost(lost)) };
         let pauses: Option<Vec<u64>> =
             lost.iter().map(|ended| restarts.take(ended.craft, now)).collect();
-        let Some(pauses) = pauses else { return Err(PlayError::Lost(lost)) };
+        let lives_left = LIVES_MAX.saturating_sub(self.lives_given) as usize;
+        let Some(pauses) = pauses.filter(|pauses| pauses.len() <= lives_left) else {
+            return Err(PlayError::Lost(lost));
+        };
         for (ended, pause_ns) in lost.into_iter().zip(pauses) {
             self.endpoint.discard(ended.craft);
             let before = self
@@ -132,8 +142,10 @@ impl RealFleet<'_> {
                 noticed: now,
                 reclaimed: None,
                 known: None,
+                peers_noticed: None,
                 ready: None,
                 rejoined: None,
+                caught_up: None,
                 is_cut_short: false,
                 not_before: now.plus(pause_ns),
             });
@@ -143,23 +155,26 @@ impl RealFleet<'_> {
 
     /// From the deaths that are known to successors that are ready.
     fn bring_back(&mut self) -> Result<(), PlayError> {
-        if self.recoveries.iter().any(|recovery| recovery.reclaimed.is_none()) {
-            self.bury()?;
-        }
+        self.bury()?;
         self.make_known()?;
         self.start_successors()?;
-        self.await_ready()?;
+        for craft in self.await_ready()? {
+            self.tell_membership(craft, self.lives[craft.index()].incarnation, true)?;
+        }
         // The networks of the trial are handed to whoever connects.
         self.endpoint.update_connections()?;
         Ok(())
     }
 
-    /// Lets the janitor work, and goes on looking around meanwhile.
-    fn bury(&mut self) -> Result<(), PlayError> {
+    /// Lets the janitor work where somebody is not reclaimed yet, and goes on looking around meanwhile.
+    pub(super) fn bury(&mut self) -> Result<(), PlayError> {
         let failed = |error: std::io::Error| PlayError::Failed(format!("no janitor: {error}"));
         let buried: Vec<usize> = (0..self.recoveries.len())
             .filter(|&index| self.recoveries[index].reclaimed.is_none())
             .collect();
+        if buried.is_empty() {
+            return Ok(());
+        }
         let janitor = Janitor::start(self.root.paths(), self.options.janitor).map_err(failed)?;
         let given_up = clock::now().plus(PATIENCE_NS);
         let mut interruption = None;
@@ -204,26 +219,29 @@ impl RealFleet<'_> {
         }
     }
 
-    /// Tells everybody who lives who is gone, and waits until they have given the epoch up.
-    fn make_known(&mut self) -> Result<(), PlayError> {
+    /// Tells everybody who lives who is gone.
+    pub(super) fn tell_ends(&mut self) -> Result<(), PlayError> {
         let gone: Vec<(CraftId, Incarnation)> = self
             .recoveries
             .iter()
             .filter(|recovery| recovery.awaits_successor())
             .map(|recovery| (recovery.ended.craft, recovery.ended.incarnation))
             .collect();
-        for &(craft, incarnation) in &gone {
-            self.tell_membership(craft, incarnation, false)?;
-        }
+        gone.into_iter().try_for_each(|(craft, life)| self.tell_membership(craft, life, false))
+    }
+
+    /// Tells everybody who lives who is gone, and waits until they have given the epoch up.
+    fn make_known(&mut self) -> Result<(), PlayError> {
+        self.tell_ends()?;
         self.tell_living(Header::new(Class::Control, Kind::EpochEnd), &[])?;
         let mut question = Header::new(Class::Control, Kind::Tally);
-        question.argument = QUESTION;
+        question.argument = LAST_QUESTION;
         self.tell_living(question, &[])?;
         let mut waited_for: BTreeSet<CraftId> = self.hearing().collect();
         self.be_patient(QUIET_LIMIT_NS, clock::now());
         while !waited_for.is_empty() {
             self.pump(&mut |source, kind, header, _| {
-                if kind == Kind::TallyReport && header.argument == QUESTION {
+                if kind == Kind::TallyReport && header.argument == LAST_QUESTION {
                     waited_for.remove(&source);
                 }
             })?;
@@ -241,7 +259,7 @@ impl RealFleet<'_> {
     }
 
     /// Starts a process for every craft that has none, each not before its pause is over.
-    fn start_successors(&mut self) -> Result<(), PlayError> {
+    pub(super) fn start_successors(&mut self) -> Result<(), PlayError> {
         let mut waiting: Vec<(Nanos, CraftId)> = self
             .recoveries
             .iter()
@@ -266,8 +284,8 @@ impl RealFleet<'_> {
         Ok(())
     }
 
-    /// Waits until every process has said that its present life is ready.
-    pub(super) fn await_ready(&mut self) -> Result<(), PlayError> {
+    /// Waits until every process has said that its present life is ready; returns who newly has.
+    pub(super) fn await_ready(&mut self) -> Result<Vec<CraftId>, PlayError> {
         self.be_patient(ANSWER_LIMIT_NS, clock::now());
         while self.lives.iter().any(|life| !life.is_ready) {
             self.pump(&mut |_, _, _, _| {})?;
@@ -289,10 +307,7 @@ impl RealFleet<'_> {
             recovery.ready = Some(now);
             risen.push(recovery.ended.craft);
         }
-        for craft in risen {
-            self.tell_membership(craft, self.lives[craft.index()].incarnation, true)?;
-        }
-        Ok(())
+        Ok(risen)
     }
 
     /// The command line of the present life of `craft`.
@@ -308,10 +323,11 @@ impl RealFleet<'_> {
             cores: self.options.placement.of(craft).to_vec(),
             beside: self.options.placement.beside(craft),
             doom: self.options.dooms.remove(&craft),
+            loss: self.options.loss,
         }
     }
 
-    fn tell_membership(
+    pub(super) fn tell_membership(
         &mut self,
         craft: CraftId,
         incarnation: Incarnation,

@@ -23,6 +23,7 @@ mod nearest;
 mod offer;
 mod positions;
 mod preset;
+mod process_faults;
 mod reach;
 mod resolve;
 mod schema;

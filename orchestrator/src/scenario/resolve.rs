@@ -14,10 +14,11 @@ use super::thinking;
 use super::validate;
 use shared_types::ids::{ActionId, CraftId};
 use shared_types::knowledge::{BoardNetwork, Topology};
+use shared_types::limits::REAL_PATIENCE_NS;
 use shared_types::scenario::{
     ActionEntry, CraftCount, OneOrMany, Restart, RunMode, Scenario, SendPolicy, Trace,
 };
-use shared_types::wire::{EpochSpec, StrategyKind};
+use shared_types::wire::{EpochSpec, RecoverySpec, StrategyKind};
 
 /// A scenario that can be run as it stands. Written back as TOML it reads as the same value.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,6 +170,15 @@ impl ResolvedScenario {
         }
     }
 
+    /// How real processes repair in an interval of open mode what they lose, where they are to.
+    #[must_use]
+    pub fn open_recovery(&self) -> Option<RecoverySpec> {
+        let Scenario { faults, link, .. } = &self.scenario;
+        let recovers =
+            faults.restart == Restart::OnFailure || !faults.process.is_empty() || link.loss > 0.0;
+        recovers.then_some(RecoverySpec { patience_ns: REAL_PATIENCE_NS })
+    }
+
     /// Tree and groups.
     #[must_use]
     pub const fn topology(&self) -> &Topology {
@@ -223,8 +233,9 @@ fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
     let is_offered = run.mode == RunMode::Open || (!is_simulated && !scenario.load.is_empty());
     let notices = [
         (
-            !is_simulated && link.loss > 0.0,
-            "`link.loss` acts in simulation only; real processes send over links that lose nothing",
+            run.mode == RunMode::Lockstep && link.loss > 0.0,
+            "`link.loss` acts in simulation and in intervals of open mode; turns of real processes lose \
+             nothing",
         ),
         (!is_simulated && link.duplication > 0.0, "`link.duplication` acts in simulation only"),
         (!is_simulated && link.jitter_ms > 0.0, "`link.jitter-ms` acts in simulation only"),
@@ -249,10 +260,13 @@ fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
             is_simulated && !scenario.load.is_empty(),
             "a `[[load]]` is offered to real processes only",
         ),
-        (!faults.process.is_empty(), "`faults.process` is checked but not run yet"),
         (
-            faults.restart == Restart::OnFailure && run.mode != RunMode::Lockstep,
-            "`faults.restart` acts in lockstep; else a lost craft ends the run as partial",
+            !faults.process.is_empty() && is_simulated,
+            "`faults.process` acts on real processes only",
+        ),
+        (
+            faults.restart == Restart::OnFailure && is_simulated,
+            "`faults.restart` acts on real processes only",
         ),
         (
             !is_simulated && !links.is_instant(),

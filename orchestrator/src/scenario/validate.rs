@@ -10,6 +10,7 @@ use super::generate::shared_facts;
 use super::links;
 use super::nearest::listing;
 use super::offer;
+use super::process_faults;
 use shared_types::limits::{
     BLOCKS_MAX, BOARD_ITEMS_MAX, CHANGES_PER_FIRING_MAX, COST_MAX, COST_MIN, DURATION_TURNS_MAX,
     INBOX_PAYLOAD_BYTES, LIKELIHOOD_MIN, PREMISES_MAX, REAL_CRAFTS_MAX, RECORD_PADDING_BYTES_MAX,
@@ -170,17 +171,7 @@ fn check_faults(scenario: &Scenario, crafts: &[Craft]) -> Result<(), Finding> {
     for (index, fault) in scenario.faults.process.iter().enumerate() {
         let place = place!["faults", "process", index];
         check_craft(&fault.craft, &place, crafts)?;
-        if fault.at_turn >= scenario.run.turns {
-            return Err(Finding::at(
-                place.then("at-turn"),
-                format!("turn {} never comes: a trial has {}", fault.at_turn, scenario.run.turns),
-            )
-            .help("turns are counted from 0; raise `run.turns` or fail earlier"));
-        }
-        if fault.duration_turns == Some(0) {
-            return Err(Finding::at(place.then("duration-turns"), "a fault that lasts no turn")
-                .help("give at least 1, or leave it out if the craft never goes on"));
-        }
+        process_faults::check(fault, scenario, &place)?;
     }
     Ok(())
 }

@@ -2,24 +2,28 @@
 //! and what a killed craft does to one.
 
 use crate::shared::{is_gone, until};
-use agent::oracle::{ObservedOpen, compare_open};
+use agent::oracle::{ObservedOpen, compare_open, compare_recovered};
 use agent::simulation::Simulation;
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
 use orchestrator::launch::placement::{Placement, Processors};
-use orchestrator::run::backend::{Backend, PlayError};
+use orchestrator::run::backend::{Backend, PlayError, PlayedOpen};
+use orchestrator::run::strike::{Blow, Strike};
 use orchestrator::run::{FleetOptions, RealFleet};
+use orchestrator::supervision::restart::RestartPolicy;
 use orchestrator::supervision::signals::Signals;
 use rustix::process::{Pid, Signal, kill_process};
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, Topology};
+use shared_types::limits::REAL_PATIENCE_NS;
 use shared_types::rng::{Purpose, Stream};
 use shared_types::scenario::Pinning;
 use shared_types::time::Nanos;
 use shared_types::trace::{TraceRecord, to_words};
+use shared_types::transport::incoming::LinkLoss;
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{WakeMode, clock};
-use shared_types::wire::{EpochSpec, OpenSpec, StrategyKind, TrialReport};
+use shared_types::wire::{EpochSpec, Losses, OpenSpec, RecoverySpec, StrategyKind, TrialReport};
 
 const CRAFTS: u32 = 5;
 const FACTS: u32 = 8;
@@ -104,6 +108,16 @@ fn with_fleet<T>(
     run_ends: Option<Nanos>,
     play: impl FnOnce(&mut RealFleet<'_>) -> T,
 ) -> T {
+    with_faults(has_centre, run_ends, (None, None), play)
+}
+
+/// The same with successors for who dies, and on links that lose something.
+fn with_faults<T>(
+    has_centre: bool,
+    run_ends: Option<Nanos>,
+    (restart, loss): (Option<RestartPolicy>, Option<LinkLoss>),
+    play: impl FnOnce(&mut RealFleet<'_>) -> T,
+) -> T {
     let mut signals = Signals::install().expect("signals");
     let launcher = Launcher::new(env!("CARGO_BIN_EXE_slateswarm"), CraftErrors::Kept);
     let allowed = Processors::of_this_process().expect("processors");
@@ -116,13 +130,15 @@ fn with_fleet<T>(
         placement: Placement::draw(&allowed, Pinning::Balanced, processes, &mut draws),
         turn_limit_ns: 5_000_000_000,
         run_ends,
-        restart: None,
+        restart,
         dooms: std::collections::BTreeMap::new(),
         janitor: Steps::ALL,
+        loss,
     };
     let mut fleet = RealFleet::launch(options, &launcher, &mut signals).expect("a fleet");
-    let processes = fleet.process_ids();
+    let mut processes = fleet.process_ids();
     let result = play(&mut fleet);
+    processes.extend(fleet.process_ids());
     let end = fleet.end();
     assert!(end.trouble.is_empty(), "{:?}", end.trouble);
     assert!(processes.into_iter().all(is_gone));
@@ -237,4 +253,121 @@ pub(crate) fn what_a_saturated_interval_left_undone_reaches_no_other() {
         let observed = ObservedOpen { reports: &played.reports, is_quiet: true };
         assert_eq!(compare_open(&spec, &network.view(), &observed), []);
     });
+}
+
+/// An interval of 1.2 s that recovers, with `blows` so many ms after it is asked for.
+fn struck(
+    fleet: &mut RealFleet<'_>,
+    (epoch, strategy): (u32, StrategyKind),
+    network: &FleetNetwork,
+    blows: &[(u64, u32, Blow)],
+) -> PlayedOpen {
+    let recovery = Some(RecoverySpec { patience_ns: REAL_PATIENCE_NS });
+    let spec = EpochSpec { recovery, ..spec(epoch, strategy, 1_200_000_000) };
+    let asked = clock::now();
+    fleet.strike(blows.iter().map(|&(at_ms, craft, blow)| Strike {
+        due: asked.plus(at_ms * 1_000_000),
+        craft: CraftId(craft),
+        blow,
+    }));
+    let played = fleet.play_open(&spec, network).expect("an interval");
+    assert!(!fleet.has_strikes(), "{strategy}");
+    assert!(played.is_quiet, "{strategy}");
+    let observed = ObservedOpen { reports: &played.reports, is_quiet: true };
+    let died: Vec<CraftId> = played.dead.iter().map(|ended| ended.craft).collect();
+    assert_eq!(compare_recovered(&spec, &network.view(), &observed, &died), [], "{strategy}");
+    let losses: Losses = played.reports.iter().fold(Losses::default(), |mut all, report| {
+        all += report.counters.losses;
+        all
+    });
+    assert_eq!((losses.late, losses.refused), (0, 0), "{strategy}");
+    played
+}
+
+const AT_ONCE: RestartPolicy = RestartPolicy { limit: 100, window_ns: u64::MAX, pause_ns: 0 };
+
+pub(crate) fn killed_crafts_are_followed_while_the_interval_goes_on() {
+    let network = network(1_200);
+    with_faults(true, None, (Some(AT_ONCE), None), |fleet| {
+        for (epoch, strategy) in (0..).zip(STRATEGIES) {
+            // The second has children in the tree; the centre is told last.
+            let victims = if strategy.has_centre() { [1, CRAFTS] } else { [1, 4] };
+            let kills = [(400, victims[0], Blow::Kill), (700, victims[1], Blow::Kill)];
+            let played = struck(fleet, (epoch, strategy), &network, &kills);
+            let mut died: Vec<u32> = played.dead.iter().map(|ended| ended.craft.0).collect();
+            died.sort_unstable();
+            assert_eq!(died, victims, "{strategy}");
+            let recoveries = fleet.take_recoveries(false);
+            assert_eq!(recoveries.len(), 2, "{strategy}");
+            for recovery in recoveries {
+                let craft = recovery.ended.craft;
+                let steps = [
+                    Some(recovery.noticed),
+                    recovery.reclaimed.as_ref().map(|reclaimed| reclaimed.done),
+                    recovery.known,
+                    recovery.ready,
+                    recovery.rejoined,
+                ];
+                assert!(steps.iter().all(Option::is_some), "{strategy}, {craft}: {steps:?}");
+                assert!(steps.is_sorted(), "{strategy}, {craft}: {steps:?}");
+                assert!(recovery.peers_noticed >= Some(recovery.noticed), "{strategy}, {craft}");
+                assert!(recovery.caught_up > recovery.ready, "{strategy}, {craft}: {recovery:?}");
+            }
+            for report in &played.reports {
+                let open = report.open.as_ref().expect("an epoch of open mode");
+                let is_successor = victims.contains(&report.craft);
+                assert_eq!(open.caught_up_ns > 0, is_successor, "{strategy}, {}", report.craft);
+                let misses = is_successor && report.craft < CRAFTS;
+                assert_eq!(open.records_missed > 0, misses, "{strategy}, {}", report.craft);
+            }
+        }
+    });
+}
+
+pub(crate) fn stopped_crafts_are_paused_and_catch_up() {
+    let network = network(1_200);
+    // Without restarts: who is stopped must not be taken for dead.
+    with_fleet(true, None, |fleet| {
+        for (epoch, strategy) in (0..).zip(STRATEGIES) {
+            let blows = [
+                (300, 1, Blow::Stop),
+                (300, 3, Blow::Stop),
+                (900, 3, Blow::Continue),
+                // After the interval's end.
+                (1_600, 1, Blow::Continue),
+            ];
+            let played = struck(fleet, (epoch, strategy), &network, &blows);
+            assert!(played.dead.is_empty(), "{strategy}");
+            let stopped = fleet.take_struck();
+            let continued = stopped.iter().filter(|blow| blow.was_stopped);
+            assert_eq!(continued.count(), 2, "{strategy}: {stopped:?}");
+            for report in &played.reports {
+                let open = report.open.as_ref().expect("an epoch of open mode");
+                assert_eq!((open.records_missed, open.caught_up_ns), (0, 0), "{strategy}");
+            }
+        }
+    });
+}
+
+pub(crate) fn every_fact_reaches_its_peers_over_links_that_lose_a_quarter_and_a_half() {
+    // Few: under `central` each write awaits its reply, and a lost one comes a patience later.
+    let network = network(20);
+    let mut records = network.view().trace.iter().map(|part| part.len() as u64).collect::<Vec<_>>();
+    records.push(0);
+    for loss in [0.25, 0.5] {
+        with_faults(true, None, (None, LinkLoss::of(loss, 7)), |fleet| {
+            for (epoch, strategy) in (0..).zip(STRATEGIES) {
+                let played = struck(fleet, (epoch, strategy), &network, &[]);
+                let (mut lost, mut repeats) = (0, 0);
+                for (report, &records) in played.reports.iter().zip(&records) {
+                    let open = report.open.as_ref().expect("an epoch of open mode");
+                    assert_eq!(open.records_played, records, "{strategy}, {}", report.craft);
+                    lost += report.counters.losses.lost_on_link;
+                    repeats += report.counters.recovered.repeats;
+                }
+                let is_told = strategy != StrategyKind::Null;
+                assert_eq!((lost > 0, repeats > 0), (is_told, is_told), "{strategy} at {loss}");
+            }
+        });
+    }
 }

@@ -66,6 +66,7 @@ pub(crate) fn arguments(paths: &RunPaths, craft: u32) -> AgentArguments {
         cores: Vec::new(),
         beside: Vec::new(),
         doom: None,
+        loss: None,
     }
 }
 

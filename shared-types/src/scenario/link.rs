@@ -60,7 +60,7 @@ const fn speed_of_light() -> f64 {
 }
 
 /// `[faults]`: what happens to crafts, and what follows from it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Faults {
     /// Whether a craft whose process ends is followed by a new life of it; default `never`.
@@ -100,15 +100,33 @@ pub enum Restart {
     OnFailure,
 }
 
-/// `[[faults.process]]`: one craft fails.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// `[[faults.process]]`: one craft fails, in every trial or in every measured interval.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ProcessFault {
     /// The craft.
     pub craft: String,
-    /// The turn in which it fails.
-    pub at_turn: u32,
-    /// Turns until it goes on; left out: it never does.
+    /// When it fails in an interval of open mode, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub duration_turns: Option<u32>,
+    pub at_s: Option<f64>,
+    /// The turn of a trial in which it fails.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_turn: Option<u32>,
+    /// What befalls it; left out: it is killed.
+    #[serde(default, rename = "do")]
+    pub what: Blow,
+    /// How long it is stopped, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub for_s: Option<f64>,
+}
+
+/// What befalls a process.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Blow {
+    /// It ends at once, by SIGKILL.
+    #[default]
+    Kill,
+    /// It is stopped for a while, by SIGSTOP and SIGCONT.
+    Stop,
 }

@@ -16,7 +16,7 @@ mod trace;
 
 pub use capacity::Capacity;
 pub use fleet::{CraftCount, CraftEntry, Fleet, Pinning, Tier, TierCounts, TopologySection, Tree};
-pub use link::{Faults, FromPositions, Link, Outage, ProcessFault, Restart};
+pub use link::{Blow, Faults, FromPositions, Link, Outage, ProcessFault, Restart};
 pub use load::{LoadEntry, LoadStrategies};
 pub use mission::{ActionEntry, BoundaryEntry, RuleEntry};
 pub use network::{GeneratedNetwork, LinkingModel};

@@ -108,6 +108,14 @@ impl Lossy {
     pub fn new(seed: u64, loss: f64, duplication: f64) -> Self {
         Self { stream: Stream::new(seed, 0, Purpose::Faults, 0), loss, duplication }
     }
+
+    /// The way number `way` of those drawn from `seed`, each with a stream of its own; it loses the share
+    /// `loss` and doubles nothing.
+    #[must_use]
+    pub fn on_way(seed: u64, way: u32, loss: f64) -> Self {
+        let stream = Stream::new(seed, 0, Purpose::Faults, way.saturating_add(1));
+        Self { stream, loss, duplication: 0.0 }
+    }
 }
 
 impl Link for Lossy {

@@ -15,6 +15,7 @@
 pub mod clock;
 #[cfg(feature = "shell")]
 pub mod iceoryx;
+pub mod incoming;
 mod intake;
 pub mod link;
 pub mod memory;
@@ -241,6 +242,12 @@ pub trait Endpoint {
 
     /// Wakes the sleepers among those that this endpoint sent to since the last call.
     fn ring(&mut self);
+
+    /// Whether samples may be lost on their way here from now on, as links of the run lose them; nothing
+    /// is where the endpoint knows of no such links. To be asked for only where loss is repaired.
+    fn expose(&mut self, is_exposed: bool) {
+        let _ = is_exposed;
+    }
 
     /// What was lost, refused or repeated since the last call. To be called when the fleet is quiet:
     /// what is still on its way as a repair would count as a gap.

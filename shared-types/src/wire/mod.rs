@@ -20,7 +20,7 @@ pub use delta::{
 };
 pub use epoch::{ArchivedEpochSpec, EpochSpec, StrategyKind};
 pub use header::{Class, FORMAT_VERSION, HEADER_BYTES, Header, Kind, Refusal};
-pub use open::{HeldFact, OpenReport, OpenSpec, ReadSeen, Stage};
+pub use open::{EndHeard, GO_JOINING, HeldFact, OpenReport, OpenSpec, ReadSeen, Stage};
 pub use recovery::{
     MembershipChange, MissingRow, Receipt, RecoverySpec, read_receipt, receipt_bytes, write_receipt,
 };

@@ -121,6 +121,9 @@ impl Stage {
     }
 }
 
+/// `argument` of a [`super::Kind::Go`] for those that come to an interval which has begun.
+pub const GO_JOINING: u32 = 1;
+
 /// What a read saw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Archive, Serialize, Deserialize)]
 pub struct ReadSeen {
@@ -149,6 +152,17 @@ pub struct HeldFact {
     pub count: u32,
     /// The craft that wrote last.
     pub writer: u32,
+}
+
+/// The end of a process, as another one was told of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Archive, Serialize, Deserialize)]
+pub struct EndHeard {
+    /// Who ended; the centre is craft N.
+    pub craft: u32,
+    /// In which life.
+    pub incarnation: u32,
+    /// When it was told, ns of the monotonic clock.
+    pub at_ns: u64,
 }
 
 /// What one process measured in an epoch of open mode.
@@ -185,4 +199,9 @@ pub struct OpenReport {
     pub sleeps: u64,
     /// Proportional set size of the process, bytes; 0 in simulation.
     pub proportional_bytes: u64,
+    /// When a life that joined the interval knew what it had missed, ns of the monotonic clock; 0 if it
+    /// was there from the start, or never came to know.
+    pub caught_up_ns: u64,
+    /// Ends of others that it was told of in the interval.
+    pub ends_heard: Vec<EndHeard>,
 }

@@ -7,11 +7,12 @@
 
 use super::{Session, SessionError, Surroundings, Usage, order};
 use crate::craft::dispatch::dispatch_stamped;
+use shared_types::ids::CraftId;
 use shared_types::knowledge::FleetView;
 use shared_types::limits::DUE_TIMES_PER_STEP_MAX;
 use shared_types::time::Nanos;
 use shared_types::transport::Endpoint;
-use shared_types::wire::{Class, Header, Kind, OpenSpec, TrialReport};
+use shared_types::wire::{Class, EndHeard, Header, Kind, MembershipChange, OpenSpec, TrialReport};
 use zerocopy::IntoBytes;
 
 /// The interval of one epoch, as the kernel sees it.
@@ -26,6 +27,10 @@ pub(super) struct Interval {
     cpu_end_ns: Option<u64>,
     usage_start: Usage,
     usage_end: Option<Usage>,
+    /// Whether this life came when the trace had begun, and when it had caught up.
+    joins: bool,
+    caught_up: Option<Nanos>,
+    ends_heard: Vec<EndHeard>,
 }
 
 impl Interval {
@@ -39,6 +44,9 @@ impl Interval {
             cpu_end_ns: None,
             usage_start: Usage { run_delay_ns: 0, sleeps: 0 },
             usage_end: None,
+            joins: false,
+            caught_up: None,
+            ends_heard: Vec::new(),
         }
     }
 
@@ -63,14 +71,51 @@ impl Interval {
 }
 
 impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
-    /// The trace begins at `started`.
-    pub(super) fn go(&mut self, started: Nanos, fleet: &FleetView<'_>) {
-        let Some(interval) = &mut self.interval else { return };
+    /// The trace begins at `started`, or has begun then where the process joins. Those that play it
+    /// already are not meant.
+    pub(super) fn go(&mut self, started: Nanos, joins: bool, fleet: &FleetView<'_>) {
+        let Some(interval) = self.interval.as_mut().filter(|interval| interval.started.is_none())
+        else {
+            return;
+        };
         let trace = fleet.trace_of(self.craft.id());
-        self.craft.go(started, trace);
+        if joins {
+            self.craft.join(self.surroundings.now(), started, trace);
+        } else {
+            self.craft.go(started, trace);
+        }
+        interval.joins = joins;
         interval.started = Some(started);
         interval.next_due = self.craft.next_due(trace);
         interval.usage_start = self.surroundings.usage();
+    }
+
+    /// Somebody is gone, or lives again: an interval on `fleet` goes on without it, and with it.
+    pub(super) fn member_changed(
+        &mut self,
+        change: MembershipChange,
+        fleet: Option<&FleetView<'_>>,
+    ) -> Result<(), SessionError> {
+        let Self { endpoint, surroundings, craft, out, interval, .. } = self;
+        if let (Some(interval), Some(fleet)) = (interval, fleet) {
+            let now = surroundings.now();
+            if change.is_up == 0 {
+                let MembershipChange { craft, incarnation, .. } = change;
+                let is_known =
+                    |end: &EndHeard| (end.craft, end.incarnation) == (craft, incarnation);
+                if !interval.ends_heard.iter().any(is_known) {
+                    interval.ends_heard.push(EndHeard { craft, incarnation, at_ns: now.0 });
+                }
+            }
+            craft.member_changed(now, &change, fleet);
+            dispatch_stamped(endpoint, &mut || surroundings.now(), out, craft)?;
+            interval.next_due = craft.next_due(fleet.trace_of(craft.id()));
+        }
+        if change.is_up == 0 {
+            // What waits for it would reach its successor, to which it means nothing.
+            endpoint.discard(CraftId(change.craft));
+        }
+        Ok(())
     }
 
     /// One step in open mode. Returns how much there was to do.
@@ -115,6 +160,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             played += 1;
         }
         interval.next_due = craft.next_due(trace);
+        if interval.joins && interval.caught_up.is_none() && craft.is_caught_up() {
+            interval.caught_up = Some(clock());
+        }
         Ok(arrived + played)
     }
 
@@ -141,6 +189,8 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             open.run_delay_ns = end.run_delay_ns.saturating_sub(start.run_delay_ns);
             open.sleeps = end.sleeps.saturating_sub(start.sleeps);
             open.proportional_bytes = self.surroundings.proportional_bytes();
+            open.caught_up_ns = interval.caught_up.map_or(0, |at| at.0);
+            open.ends_heard.clone_from(&interval.ends_heard);
         }
     }
 }

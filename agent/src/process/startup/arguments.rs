@@ -7,6 +7,7 @@
 use crate::process::doom::Doom;
 use shared_types::ids::{CraftId, Incarnation};
 use shared_types::transport::WakeMode;
+use shared_types::transport::incoming::LinkLoss;
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
@@ -34,6 +35,8 @@ pub struct AgentArguments {
     pub beside: Vec<CraftId>,
     /// Where it kills itself; `None` for every craft that is not part of a campaign of faults.
     pub doom: Option<Doom>,
+    /// What is lost on the links to it; `None` if nothing is.
+    pub loss: Option<LinkLoss>,
 }
 
 /// Why a command line is not one of a craft.
@@ -59,7 +62,7 @@ pub enum ArgumentError {
 }
 
 /// The options, in the order in which they are written.
-pub(super) const OPTIONS: [&str; 10] = [
+pub(super) const OPTIONS: [&str; 11] = [
     "--run",
     "--base",
     "--craft",
@@ -70,6 +73,7 @@ pub(super) const OPTIONS: [&str; 10] = [
     "--cores",
     "--beside",
     "--doom",
+    "--loss",
 ];
 
 impl AgentArguments {
@@ -89,6 +93,7 @@ impl AgentArguments {
             cores.join(",").into(),
             beside.join(",").into(),
             self.doom.map_or_else(String::new, |doom| doom.to_string()).into(),
+            self.loss.map_or_else(String::new, |loss| loss.to_string()).into(),
         ];
         OPTIONS
             .into_iter()
@@ -129,7 +134,8 @@ impl AgentArguments {
             wake: read(6, &take(6)?, wake_of)?,
             cores: read(7, &take(7)?, numbers)?,
             beside: read(8, &take(8)?, numbers)?.into_iter().map(CraftId).collect(),
-            doom: read(9, &take(9)?, doom)?,
+            doom: read(9, &take(9)?, optional)?,
+            loss: read(10, &take(10)?, optional)?,
         })
     }
 }
@@ -154,8 +160,8 @@ fn numbers(text: &str) -> Option<Vec<u32>> {
     text.split(',').filter(|one| !one.is_empty()).map(number).collect()
 }
 
-/// Nothing is no doom.
-fn doom(text: &str) -> Option<Option<Doom>> {
+/// An empty value is none.
+fn optional<T: std::str::FromStr>(text: &str) -> Option<Option<T>> {
     if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) }
 }
 

@@ -90,6 +90,7 @@ pub(crate) fn load(
         expected: (!cell.strategy.has_centre()).then_some(counts),
         overhead: Overhead::default(),
         losses: Losses::default(),
+        recovery: None,
         stages: distributions,
         shares: BTreeMap::from([("p50".to_owned(), share(61.5)), ("p99".to_owned(), share(82.5))]),
         second_half_ratio: (!is_null).then_some(1.01),

@@ -377,7 +377,12 @@ fn outages_and_faults_of_nobody() {
 + [[link.outages]]\ncraft = "aerial"\nbetween = ["aerial", "orbiter"]\nfrom-ms = 1\nuntil-ms = 2 | 3:11 | a craft and of a link | leave out
 + [[faults.process]]\ncraft = "arial"\nat-turn = 1 | 2:9 | no craft `arial` | `aerial`?
 + [[faults.process]]\ncraft = "aerial"\nat-turn = 200 | 3:11 | turn 200 never comes | run.turns
-+ [[faults.process]]\ncraft = "aerial"\nat-turn = 1\nduration-turns = 0 | 4:18 | lasts no turn | leave it out
++ [[faults.process]]\ncraft = "aerial" | 1:1 | fails at no time | at-turn
++ [[faults.process]]\ncraft = "aerial"\nat-turn = 1\nat-s = 0.1 | 4:8 | both a turn and a time | keep one
++ [[faults.process]]\ncraft = "aerial"\nat-s = 0.1 | 3:8 | no interval of open mode | at-turn
++ [[faults.process]]\ncraft = "aerial"\nat-turn = 1\ndo = "stop" | 4:6 | stopped without an end | for-s
++ [[faults.process]]\ncraft = "aerial"\nat-turn = 1\nfor-s = 1.0 | 4:9 | does not go on | do = "stop"
++ [[faults.process]]\ncraft = "aerial"\nat-turn = 1\ndo = "stop"\nfor-s = 0.0 | 5:9 | a stop of 0 s | above 0
 "#,
     );
 }

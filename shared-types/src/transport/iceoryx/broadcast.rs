@@ -3,12 +3,13 @@
 //! iceoryx2 names those whose buffer was full by the id of their port; every subscriber carries its
 //! craft's number as its name, so the list of subscribers translates.
 
+use super::endpoint::IceoryxEndpoint;
 use super::peers::{publish_sample, transport_error};
-use super::services::{OpenError, open, publish};
+use super::services::{OpenError, open, publish, subscribe};
 use super::{Factory, Node, Publisher};
 use crate::ids::CraftId;
-use crate::transport::SendError;
 use crate::transport::topic::Service;
+use crate::transport::{Peers, SendError};
 use crate::wire::Header;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{CallbackProgression, PortFactory};
@@ -123,5 +124,30 @@ impl Broadcast {
             }
             CallbackProgression::Continue
         });
+    }
+}
+
+impl IceoryxEndpoint {
+    /// Opens or closes what multicasts need.
+    pub(super) fn open_multicast(&mut self, peers: &Peers) -> Result<(), OpenError> {
+        let wants_service = peers.sends_multicast || peers.receives_multicast;
+        if wants_service && self.multicast_service.is_none() {
+            self.multicast_service = Some(open(&self.node, Service::Multicast)?);
+        }
+        if !peers.receives_multicast {
+            self.multicast = None;
+        } else if self.multicast.is_none()
+            && let Some(service) = &self.multicast_service
+        {
+            self.multicast = Some(subscribe(service, Service::Multicast, self.own)?);
+        }
+        if !peers.sends_multicast {
+            self.broadcast = None;
+        } else if self.broadcast.is_none() {
+            let limit = self.options.payload_bytes_max;
+            let opened = Broadcast::open(&self.node, Service::Multicast, self.own, limit)?;
+            self.broadcast = Some(opened);
+        }
+        Ok(())
     }
 }

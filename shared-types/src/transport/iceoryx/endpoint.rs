@@ -9,6 +9,7 @@ use super::{BellFactory, Factory, Listener, Node, Subscriber};
 use crate::ids::{CraftId, Incarnation};
 use crate::limits::{DRAIN_BURST, DRAIN_SAMPLES_MAX, INBOX_PAYLOAD_BYTES};
 use crate::time::Nanos;
+use crate::transport::incoming::{Incoming, LinkLoss};
 use crate::transport::intake::{Intake, Through};
 use crate::transport::outbox::Outbox;
 use crate::transport::paths::RunPaths;
@@ -71,6 +72,8 @@ pub struct IceoryxEndpoint {
     pub(super) bell: Listener,
     pub(super) scratch: Vec<u8>,
     pub(super) missed: Vec<CraftId>,
+    /// What links lose on their way here, where they lose something.
+    incoming: Option<Incoming>,
     // Services and node last: ports go before what they belong to.
     _bell_service: BellFactory,
     pub(super) node: Node,
@@ -130,11 +133,19 @@ impl IceoryxEndpoint {
                 .map_err(|error| OpenError::new("listening to", bell.name(), error))?,
             scratch: Vec::new(),
             missed: Vec::new(),
+            incoming: None,
             _bell_service: bell_service,
             node,
         };
         endpoint.open_standing_ports()?;
         Ok(endpoint)
+    }
+
+    /// The same endpoint behind links that lose `loss`, in epochs that are exposed to it.
+    #[must_use]
+    pub fn behind_links(mut self, loss: Option<LinkLoss>) -> Self {
+        self.incoming = loss.map(|loss| Incoming::new(loss, self.own, self.options.craft_count));
+        self
     }
 
     /// Samples that wait in the outbox.
@@ -184,29 +195,6 @@ impl IceoryxEndpoint {
             return Ok(());
         }
         self.peers.open_notifier(index, &self.node)
-    }
-
-    /// Opens or closes what multicasts need.
-    fn open_multicast(&mut self, peers: &Peers) -> Result<(), OpenError> {
-        let wants_service = peers.sends_multicast || peers.receives_multicast;
-        if wants_service && self.multicast_service.is_none() {
-            self.multicast_service = Some(open(&self.node, Service::Multicast)?);
-        }
-        if !peers.receives_multicast {
-            self.multicast = None;
-        } else if self.multicast.is_none()
-            && let Some(service) = &self.multicast_service
-        {
-            self.multicast = Some(subscribe(service, Service::Multicast, self.own)?);
-        }
-        if !peers.sends_multicast {
-            self.broadcast = None;
-        } else if self.broadcast.is_none() {
-            let limit = self.options.payload_bytes_max;
-            let opened = Broadcast::open(&self.node, Service::Multicast, self.own, limit)?;
-            self.broadcast = Some(opened);
-        }
-        Ok(())
     }
 }
 
@@ -316,7 +304,7 @@ impl Endpoint for IceoryxEndpoint {
         &mut self,
         visit: &mut dyn FnMut(Destination, &Header, &[u8]),
     ) -> Result<usize, SendError> {
-        let Self { inbox, turn, multicast, intake, .. } = self;
+        let Self { inbox, turn, multicast, intake, incoming, losses, .. } = self;
         let subscribers = [
             (Some(&*inbox), Through::Inbox),
             (turn.as_ref(), Through::Broadcast),
@@ -338,6 +326,10 @@ impl Endpoint for IceoryxEndpoint {
                     };
                     burst += 1;
                     let (header, payload) = (sample.user_header(), sample.payload());
+                    if incoming.as_mut().is_some_and(|incoming| incoming.loses(header)) {
+                        losses.lost_on_link += 1;
+                        continue;
+                    }
                     if let Some(destination) = intake.admit(through, header, payload) {
                         visit(destination, header, payload);
                         visited += 1;
@@ -368,6 +360,12 @@ impl Endpoint for IceoryxEndpoint {
 
     fn numbers(&mut self, service: Numbered) -> &mut Sequences {
         self.intake.numbers(service)
+    }
+
+    fn expose(&mut self, is_exposed: bool) {
+        if let Some(incoming) = &mut self.incoming {
+            incoming.expose(is_exposed);
+        }
     }
 
     fn discard(&mut self, craft: CraftId) -> usize {
