@@ -195,7 +195,7 @@ fn core_allocates_nothing_per_delta_in_the_steady_state() {
 fn core_that_recovers_allocates_nothing_per_delta_once_its_ring_is_full() {
     let network = restless_network();
     let view = network.view();
-    let recovery = Some(shared_types::wire::RecoverySpec { patience_ns: 20_000 });
+    let recovery = Some(shared_types::wire::RecoverySpec::patient(20_000));
     for strategy in [StrategyKind::Full, StrategyKind::Boundary, StrategyKind::Central] {
         let spec = EpochSpec { recovery, turns_max: 2_000, ..spec(strategy) };
         let mut fleet = Fleet::new(&spec, &view);

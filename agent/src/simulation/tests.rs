@@ -269,7 +269,7 @@ fn fleet_of_ten_thousand_plays_a_sparse_mission() {
 
 #[test]
 fn what_a_turn_loses_is_repeated_and_changes_no_path_no_board_and_no_count() {
-    let recovery = Some(RecoverySpec { patience_ns: 100_000 });
+    let recovery = Some(RecoverySpec::patient(100_000));
     for seed in 0..12 {
         let network = mission(2 + u32::try_from(seed % 6).expect("small"), seed);
         let view = network.view();
@@ -302,7 +302,7 @@ fn what_a_turn_loses_is_repeated_and_changes_no_path_no_board_and_no_count() {
 
 #[test]
 fn recovery_changes_no_count_where_nothing_is_lost() {
-    let recovery = Some(RecoverySpec { patience_ns: 1_000_000 });
+    let recovery = Some(RecoverySpec::patient(1_000_000));
     for kind in REPLICATING {
         let network = mission(5, 4);
         let without = play(&network, &spec(kind, 4), 1000);

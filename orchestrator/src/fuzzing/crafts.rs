@@ -51,7 +51,7 @@ fn spec(strategy: StrategyKind, is_open: bool, recovers: bool) -> EpochSpec {
         turns_max: 50,
         reasoning: Reasoning::default(),
         open: is_open.then_some(open),
-        recovery: recovers.then_some(RecoverySpec { patience_ns: 1_000 }),
+        recovery: recovers.then_some(RecoverySpec::patient(1_000)),
     }
 }
 

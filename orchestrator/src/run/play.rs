@@ -11,7 +11,7 @@ use agent::lockstep::Referee;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::FleetNetwork;
 use shared_types::transport::{Destination, clock};
-use shared_types::wire::{EpochSpec, Header, Kind, Traffic, TurnCommand, TurnReport};
+use shared_types::wire::{EpochSpec, Header, Kind, RecoverySpec, Traffic, TurnCommand, TurnReport};
 use zerocopy::{FromBytes, IntoBytes};
 
 /// How long processes may take to report after a trial was given up, ns.
@@ -86,7 +86,10 @@ impl RealFleet<'_> {
             self.send(Destination::World, Kind::World, spec.network, &network.to_archive())?;
             self.network = Some(spec.network);
         }
-        let archive = rkyv::to_bytes::<rkyv::rancor::Error>(spec)
+        let lives = self.lives_given;
+        let recovery = spec.recovery.map(|recovery| RecoverySpec { lives, ..recovery });
+        let sent = EpochSpec { recovery, ..spec.clone() };
+        let archive = rkyv::to_bytes::<rkyv::rancor::Error>(&sent)
             .expect("invariant: memory takes every archive");
         let processes = taking_part(self, spec);
         self.tell(spec, Kind::EpochBegin, &archive)?;

@@ -176,7 +176,7 @@ impl ResolvedScenario {
         let Scenario { faults, link, .. } = &self.scenario;
         let recovers =
             faults.restart == Restart::OnFailure || !faults.process.is_empty() || link.loss > 0.0;
-        recovers.then_some(RecoverySpec { patience_ns: REAL_PATIENCE_NS })
+        recovers.then_some(RecoverySpec::patient(REAL_PATIENCE_NS))
     }
 
     /// Tree and groups.

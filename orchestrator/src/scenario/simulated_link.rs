@@ -184,7 +184,7 @@ pub(super) fn recovery(scenario: &Scenario) -> Option<RecoverySpec> {
     let outages_ns = link.outages.iter().map(|outage| ns(outage.until_ms - outage.from_ms));
     let patience_ns = (way_ns.saturating_mul(4).saturating_add(PATIENCE_NS))
         .max(outages_ns.fold(0, u64::saturating_add) / PATIENCES_PER_OUTAGE);
-    Some(RecoverySpec { patience_ns })
+    Some(RecoverySpec::patient(patience_ns))
 }
 
 #[cfg(test)]

@@ -262,7 +262,7 @@ fn struck(
     network: &FleetNetwork,
     blows: &[(u64, u32, Blow)],
 ) -> PlayedOpen {
-    let recovery = Some(RecoverySpec { patience_ns: REAL_PATIENCE_NS });
+    let recovery = Some(RecoverySpec::patient(REAL_PATIENCE_NS));
     let spec = EpochSpec { recovery, ..spec(epoch, strategy, 1_200_000_000) };
     let asked = clock::now();
     fleet.strike(blows.iter().map(|&(at_ms, craft, blow)| Strike {

@@ -132,7 +132,7 @@ pub(super) fn epochs_seeds() -> Vec<Vec<u8>> {
         turns_max: 200,
         reasoning: Reasoning::default(),
         open,
-        recovery: open.map(|_| RecoverySpec { patience_ns: 1_000_000 }),
+        recovery: open.map(|_| RecoverySpec::patient(1_000_000)),
     };
     let specs = [spec(StrategyKind::Boundary, None), spec(StrategyKind::Pipelined, Some(open))];
     specs.iter().map(|spec| rkyv::to_bytes::<Error>(spec).expect("memory").to_vec()).collect()

@@ -15,6 +15,17 @@ pub struct RecoverySpec {
     /// How long a process waits for an answer before it asks again, at first, ns: more than a sample
     /// takes there and back. All other times of recovery are fractions and multiples of it.
     pub patience_ns: u64,
+    /// Lives that the fleet had given out when the epoch began: whoever lives one of them has been there
+    /// since, and whatever it is sent in the epoch is sent to it.
+    pub lives: u32,
+}
+
+impl RecoverySpec {
+    /// Recovery with that patience in a fleet of first lives.
+    #[must_use]
+    pub const fn patient(patience_ns: u64) -> Self {
+        Self { patience_ns, lives: 0 }
+    }
 }
 
 /// The fixed part of a receipt; rows of [`MissingRow`] follow, as many as `record_count` says.

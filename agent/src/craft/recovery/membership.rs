@@ -14,9 +14,9 @@ impl Recovery {
         {
             return false;
         }
-        // Lives are numbered across the fleet: one older than this process was there before anything was sent,
-        // so whatever was sent was sent to it and is still to be confirmed.
-        if incarnation < self.life && !peer.is_gone {
+        // Lives are numbered across the fleet: one that is older than the epoch, or than this process, was
+        // there before anything was sent, so whatever was sent was sent to it and is still to be confirmed.
+        if !peer.is_gone && (incarnation <= self.lives || incarnation < self.life) {
             peer.life = incarnation;
             return false;
         }

@@ -62,6 +62,8 @@ pub(super) struct Recovery {
     own: CraftId,
     /// Which life of the craft this is.
     life: u32,
+    /// The last life that was given out before the epoch.
+    lives: u32,
     epoch: u32,
     patience_ns: u64,
     /// Whether states are told: in open mode. A lockstep turn waits for its samples instead.
@@ -92,6 +94,7 @@ impl Recovery {
         Self {
             own,
             life: 0,
+            lives: 0,
             epoch: 0,
             patience_ns: 1,
             tells_states: false,
@@ -115,6 +118,7 @@ impl Recovery {
     /// Starts an epoch of a fleet of `crafts` crafts.
     pub(super) fn begin_epoch(&mut self, spec: &EpochSpec, life: u32, crafts: u32) {
         self.life = life;
+        self.lives = spec.recovery.map_or(0, |recovery| recovery.lives);
         self.epoch = spec.epoch;
         self.patience_ns = spec.recovery.map_or(1, |recovery| recovery.patience_ns.max(16));
         self.tells_states = spec.open.is_some();

@@ -128,7 +128,7 @@ fn spec(case: &Case) -> EpochSpec {
             stamps_stages: false,
         }),
         reasoning: shared_types::reasoning::Reasoning::default(),
-        recovery: Some(RecoverySpec { patience_ns: PATIENCE_NS }),
+        recovery: Some(RecoverySpec::patient(PATIENCE_NS)),
     }
 }
 

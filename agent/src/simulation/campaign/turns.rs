@@ -147,7 +147,7 @@ impl<E: Endpoint> Turns<'_, E> {
             turns_max: TURNS,
             open: None,
             reasoning: Reasoning::default(),
-            recovery: Some(RecoverySpec { patience_ns: PATIENCE_NS }),
+            recovery: Some(RecoverySpec { patience_ns: PATIENCE_NS, lives: self.lives }),
         }
     }
 

@@ -107,7 +107,7 @@ fn no_key_changes_what_another_one_draws() {
 #[test]
 fn fleets_repair_what_is_not_in_order_in_simulation() {
     let of = |keys: &str| scenario(keys).epoch_spec(StrategyKind::Full, 0).recovery;
-    let patience = |patience_ns| Some(RecoverySpec { patience_ns });
+    let patience = |patience_ns| Some(RecoverySpec::patient(patience_ns));
     assert_eq!(of("link.loss = 0.5\nlink.delay-ms = 2\n"), patience(8_100_000));
     assert_eq!(of("link.duplication = 0.1\n"), patience(100_000));
     assert_eq!(of("link.jitter-ms = 1\n"), patience(4_100_000));
