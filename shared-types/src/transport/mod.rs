@@ -15,6 +15,7 @@
 pub mod clock;
 #[cfg(feature = "shell")]
 pub mod iceoryx;
+#[cfg(feature = "shell")]
 pub mod incoming;
 mod intake;
 pub mod link;
