@@ -14,20 +14,21 @@ use shared_types::wire::{Class, DeltaReader, Header, Kind, Losses, StrategyKind,
 /// Seeds of a strategy in a test; campaigns of the command take many more.
 const SEEDS: u64 = 150;
 
+/// Plays the case of `seed`; it breaks no law.
+fn judged(seed: u64, strategy: StrategyKind, play: Play, stage: &mut Stage) -> Played {
+    Case::drawn(seed, strategy, play).judge(stage).unwrap_or_else(|failure| {
+        let lines: Vec<String> = failure.minimal.iter().map(ToString::to_string).collect();
+        panic!("{strategy}, seed {seed}: {}\n{}", failure.violation, lines.join("\n"))
+    })
+}
+
 #[test]
 fn every_law_holds_under_every_strategy_whatever_befalls_the_fleet() {
     let mut stage = Stage::default();
     for strategy in STRATEGIES {
         let mut all = Played::default();
         for seed in 0..SEEDS {
-            match Case::of(seed, strategy).judge(&mut stage) {
-                Ok(played) => all += played,
-                Err(failure) => {
-                    let lines: Vec<String> =
-                        failure.minimal.iter().map(ToString::to_string).collect();
-                    panic!("{strategy}, seed {seed}: {}\n{}", failure.violation, lines.join("\n"));
-                }
-            }
+            all += judged(seed, strategy, Play::Open, &mut stage);
         }
         assert!(all.kills > SEEDS / 2, "{strategy}: {all:?}");
         assert!(all.lost > SEEDS, "{strategy}: {all:?}");
@@ -42,18 +43,28 @@ fn every_trial_of_lockstep_goes_as_without_faults_whatever_befalls_the_fleet() {
     for strategy in LOCKSTEP_STRATEGIES {
         let mut all = Played::default();
         for seed in 0..SEEDS {
-            match Case::drawn(seed, strategy, Play::Lockstep).judge(&mut stage) {
-                Ok(played) => all += played,
-                Err(failure) => {
-                    let lines: Vec<String> =
-                        failure.minimal.iter().map(ToString::to_string).collect();
-                    panic!("{strategy}, seed {seed}: {}\n{}", failure.violation, lines.join("\n"));
-                }
-            }
+            all += judged(seed, strategy, Play::Lockstep, &mut stage);
         }
         assert!(all.kills > SEEDS / 2 && all.given_up > SEEDS / 4, "{strategy}: {all:?}");
         assert!(all.trials > 2 * SEEDS && all.lost > SEEDS, "{strategy}: {all:?}");
         assert!(all.recovered.repeats > SEEDS, "{strategy}: {all:?}");
+    }
+}
+
+/// Seeds in which a new life hears of another one only after it has sent something to it that was lost.
+#[test]
+fn what_one_new_life_sends_another_is_repeated_until_it_is_confirmed() {
+    let mut stage = Stage::default();
+    for (strategy, seed) in [
+        (StrategyKind::Full, 3665),
+        (StrategyKind::Full, 6444),
+        (StrategyKind::Full, 6669),
+        (StrategyKind::Boundary, 9212),
+        (StrategyKind::Limited, 7420),
+        (StrategyKind::Hybrid, 7451),
+    ] {
+        let played = judged(seed, strategy, Play::Lockstep, &mut stage);
+        assert!(played.kills > 1 && played.lost > 0, "{strategy}, seed {seed}: {played:?}");
     }
 }
 
