@@ -220,15 +220,12 @@ impl<'a> RealFleet<'a> {
         let ended = end_fleet(&mut self.watch, Graces::ORDERLY, Some(self.signals));
         let Self { watch, endpoint, _host, root, .. } = self;
         drop(watch);
-        if ended.as_ref().is_ok_and(|report| report.killed.is_empty()) {
-            drop((endpoint, _host));
-        } else {
-            // Who was killed may have been in the middle of something on which dropping ports would wait for
-            // ever. Files are removed below without the transport; the rest goes with this process.
-            std::mem::forget((endpoint, _host));
+        // The killed may have left something half done, on which dropping ports would wait for ever.
+        match &ended {
+            Ok(report) if report.killed.is_empty() => drop((endpoint, _host)),
+            _ => std::mem::forget((endpoint, _host)),
         }
-        let left = root.remove().err();
-        let mut trouble: Vec<String> = left.iter().map(ToString::to_string).collect();
+        let mut trouble = Vec::from_iter(root.remove().err().map(|error| error.to_string()));
         let report = ended.unwrap_or_else(|error| {
             trouble.push(error.to_string());
             ShutdownReport::default()
