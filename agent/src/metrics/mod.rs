@@ -4,8 +4,9 @@
 //! Every event is recorded, none sampled. A stage's histogram tells times of up to a minute apart to
 //! three digits. Time to knowledge is kept by slices of the interval, whose sum is the whole; of changes
 //! that came over several hops it is kept by their number as well, and what is left came over one, so
-//! that the common case is recorded once. How its parts share it goes into a table of counts ([`Shares`]). Not here: who
-//! reads the clock (the shells), and quantiles with intervals (orchestrator, results).
+//! that the common case is recorded once. How its parts share it goes into a table of counts
+//! ([`Shares`]). Not here: who reads the clock (the shells), and quantiles with intervals (orchestrator,
+//! results).
 
 mod shares;
 

@@ -180,8 +180,8 @@ impl<'a> Trial<'a> {
     }
 
     /// Goes on with what `craft` is at, else draws and runs one candidate of it, if it has any; says
-    /// whether that newly asserted a final fact. Nothing of this turn has been merged yet, and a firing writes to its own board
-    /// only, so every craft fires on its board as it was when the turn opened.
+    /// whether that newly asserted a final fact. Nothing of this turn has been merged yet, and a firing
+    /// writes to its own board only, so every craft fires on its board as it was when the turn opened.
     fn fire(&mut self, turn: Turn, craft: CraftId) -> bool {
         let network = self.fleet.board(craft);
         let chosen = match self.works[craft.index()] {

@@ -69,7 +69,8 @@ impl StartupError {
 /// puts it on its cores. From here on the process ends when its parent does, whatever it is doing.
 ///
 /// # Errors
-/// If the parent is already gone, no run lives at the base, or the kernel refuses; the process must end at once.
+/// If the parent is already gone, no run lives at the base, or the kernel refuses; the process must end
+/// at once.
 pub fn take_first_steps(arguments: &AgentArguments) -> Result<Ending, StartupError> {
     set_parent_process_death_signal(Some(Signal::TERM))
         .map_err(StartupError::system("prctl(PR_SET_PDEATHSIG)"))?;

@@ -1,9 +1,9 @@
 //! The place in shared memory that a raw measurement uses, and its cleaning.
 //!
 //! By default there is one area per user, held by a lock on its directory for as long as a
-//! measurement runs: two measurements would spoil each other, so the second waits. Whoever gets the lock first removes
-//! what a killed predecessor left; on drop everything goes. The directory lies on tmpfs because
-//! iceoryx2 creates many small files in it.
+//! measurement runs: two measurements would spoil each other, so the second waits. Whoever gets the lock
+//! first removes what a killed predecessor left; on drop everything goes. The directory lies on tmpfs
+//! because iceoryx2 creates many small files in it.
 
 use super::RawError;
 use iceoryx2::prelude::{Config, FileName, Path as IceoryxPath, SemanticString};

@@ -5,7 +5,8 @@
 //! [`area`] in shared memory, spawns the children, prepares what they share, leads everybody through a
 //! start barrier over pipes and then waits; it takes no part in what is measured. The children open
 //! one [`link`] each (iceoryx2: [`port`], sockets: [`datagram`]), poll with `sched_yield` and exchange
-//! samples ([`round`], [`one_way`], [`capacity`]); child 0 records the times and hands them to the parent at the end.
+//! samples ([`round`], [`one_way`], [`capacity`]); child 0 records the times and hands them to the parent
+//! at the end.
 //!
 //! Nothing of Slateswarm's transport, header or ledger is used here on purpose: this is the yardstick.
 

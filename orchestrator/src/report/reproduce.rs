@@ -1,8 +1,9 @@
 //! The published tables beside ours, and what is to be said of each figure.
 //!
-//! Tables 1 to 20 are about networks, see [`super::networks`]. Tables 21 to 24 hold single random runs: nobody can repeat them, so what is checked is what must
-//! hold between the columns of any run. Table 25 holds means of ten such runs: each gets its verdict
-//! from the range in which 95 % of our ten-trial means lie. Nothing here comes from a clock, a host or
+//! Tables 1 to 20 are about networks, see [`super::networks`]. Tables 21 to 24 hold single random runs:
+//! nobody can repeat them, so what is checked is what must hold between the columns of any run. Table 25
+//! holds means of ten such runs: each gets its verdict from the range in which 95 % of our ten-trial means
+//! lie. Nothing here comes from a clock, a host or
 //! a path, so two runs of one seed give the same bytes. Only a broken identity of *our* trials is a
 //! failure; what the source prints is a finding.
 

@@ -1,7 +1,7 @@
 //! One number that a table shows, with everything that a reader needs to judge it.
 //!
-//! Figures are computed in [`super::summary`], [`super::times`] and [`super::loads`] only. Tables, JSON and CSV take
-//! them from the same map, so that no format can show a number that another lacks.
+//! Figures are computed in [`super::summary`], [`super::times`] and [`super::loads`] only. Tables, JSON and
+//! CSV take them from the same map, so that no format can show a number that another lacks.
 
 use serde::Serialize;
 use std::collections::BTreeMap;

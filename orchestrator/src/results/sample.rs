@@ -205,8 +205,8 @@ pub(crate) fn leave_run(directory: &Path, sizes: &[u32]) -> super::summary::Summ
     store.finish(Outcome::Success).expect("the disk takes it")
 }
 
-/// Leaves the turn times of `blocks` blocks in `directory`, drawn by number `run`: blocks differ by up to 40 %, a strategy
-/// from itself by up to 2 %, and `full` takes `slowdown` times as long as `boundary`.
+/// Leaves the turn times of `blocks` blocks in `directory`, drawn by number `run`: blocks differ by up
+/// to 40 %, a strategy from itself by up to 2 %, and `full` takes `slowdown` times as long as `boundary`.
 pub(crate) fn leave_blocks(
     directory: &Path,
     run: u32,

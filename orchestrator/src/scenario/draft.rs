@@ -167,7 +167,8 @@ impl BoardDraft {
         self.names.rules.iter().any(|known| known == name)
     }
 
-    /// Adds the scenario's rule `entry`, its rule number `index`; its premises follow by [`Self::set_premises`].
+    /// Adds the scenario's rule `entry`, its rule number `index`; its premises follow by
+    /// [`Self::set_premises`].
     pub(super) fn add_rule(
         &mut self,
         entry: &RuleEntry,

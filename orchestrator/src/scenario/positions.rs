@@ -3,7 +3,8 @@
 //! The delay of a pair is the stated one plus the time that a signal takes over their distance. Which
 //! pairs must be in range of each other is decided here as well: those that share a boundary fact,
 //! and, where a strategy relays, those next to each other in its tree. That `full` and `limited` also
-//! send to crafts that share nothing is no reason to refuse a fleet. Not here: what samples suffer on the way (`simulated_link`).
+//! send to crafts that share nothing is no reason to refuse a fleet. Not here: what samples suffer on
+//! the way (`simulated_link`).
 
 use super::draft::Shared;
 use super::error::{Finding, Place, place};

@@ -1,8 +1,8 @@
 //! Draws a trace: per craft when something is due, and which fact is written or read then.
 //!
 //! A craft draws from streams of its own, one each for the times of writes and of reads, and for what
-//! is written and read then. Another rate therefore stretches the same pattern, another boundary fraction leaves every
-//! time as it was, and reads never move a write.
+//! is written and read then. Another rate therefore stretches the same pattern, another boundary fraction
+//! leaves every time as it was, and reads never move a write.
 
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::{BoardView, FleetView};

@@ -29,8 +29,8 @@ fn short_campaign_is_clean_and_reads_back_from_its_directory() {
     assert!(std::fs::read_to_string(histogram).unwrap().contains("Total count"));
 }
 
-/// Plays the first fleet of a campaign whose janitor lacks `step`; it must be broken by one of `expected`, in a
-/// recovery after files were planted if `at_planted`.
+/// Plays the first fleet of a campaign whose janitor lacks `step`; it must be broken by one of
+/// `expected`, in a recovery after files were planted if `at_planted`.
 #[track_caller]
 fn assert_broken_without(step: &str, expected: &[Failure], at_planted: bool) {
     let place = Place::for_fleets();

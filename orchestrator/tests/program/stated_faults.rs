@@ -22,8 +22,8 @@ blocks = 1
 
 const EVERY: &str = "full,boundary,hierarchy,central-batched";
 
-/// Runs [`MISSION`] with `more` under `strategies` to exit code 0; nothing stays. Returns the events and what recovery did
-/// in each interval.
+/// Runs [`MISSION`] with `more` under `strategies` to exit code 0; nothing stays. Returns the events and
+/// what recovery did in each interval.
 #[track_caller]
 fn run(strategies: &str, more: &str) -> (Vec<Event>, Vec<LoadRecovery>) {
     let place = Place::for_fleets();

@@ -172,8 +172,8 @@ pub struct OpenReport {
     pub records_played: u64,
     /// Records among them that were due before this life of the craft began: skipped, not made.
     pub records_missed: u64,
-    /// Per origin craft (dense), the changes that were applied at this process' board (at all home boards, for
-    /// the centre's report under a central strategy; knowledge is counted at the clients).
+    /// Per origin craft (dense), the changes that were applied at this process' board (at all home
+    /// boards, for the centre's report under a central strategy; knowledge is counted at the clients).
     pub applied_from: Vec<u64>,
     /// Changes known here by the end of the interval.
     pub applied_by_end: u64,

@@ -272,8 +272,8 @@ fn turn_round(header: &Header, payload: &mut [u8]) {
     write_deltas(&changes, stride, payload);
 }
 
-/// The laws that `bug` breaks in the first seeds of `strategy` that play `play`, faults on links and processes or, if
-/// not `with_deaths`, on links alone.
+/// The laws that `bug` breaks in the first seeds of `strategy` that play `play`, faults on links and
+/// processes or, if not `with_deaths`, on links alone.
 fn broken_by(bug: Bug, strategy: StrategyKind, play: Play, with_deaths: bool) -> Vec<Violation> {
     let mut stage = Stage::default();
     let cases = (0..40).map(|seed| {
