@@ -8,6 +8,7 @@
 //! ([`Case::shrink`]): as few faults, as short, as still break it. The same case always goes the same way,
 //! so that a replay shows what happened, step by step. Not here: real processes.
 
+mod arrival;
 mod events;
 mod fault;
 mod judge;

@@ -1,5 +1,6 @@
 //! Plays one case: the events of its faults, the due times of its crafts, and arrivals, by time.
 
+use super::arrival::take_in;
 use super::events::Event;
 use super::judge;
 use super::laws::{Laws, Violation};
@@ -14,7 +15,7 @@ use shared_types::time::Nanos;
 use shared_types::trace::TraceRecord;
 use shared_types::transport::memory::{MemoryEndpoint, MemoryNetwork, MemoryOptions};
 use shared_types::transport::{Endpoint, SendError};
-use shared_types::wire::{Class, Counters, EpochSpec, Header, Losses, OpenSpec, RecoverySpec};
+use shared_types::wire::{Class, Counters, EpochSpec, Losses, OpenSpec, RecoverySpec};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -220,27 +221,13 @@ impl<E: Endpoint> Theatre<'_, E> {
         let craft = &mut crafts[index];
         craft.arrive(now);
         let Some(endpoint) = &mut processes[index].endpoint else { return Ok(()) };
-        let (mut broken, mut lines) = (None, Vec::new());
         let is_witnessed = self.witness.is_some();
-        let drained = endpoint.drain(&mut |_, header, payload| {
-            let (Some(class), Some(kind)) = (header.class(), header.kind()) else { return };
-            if kind.is_numbered()
-                && let Err(violation) = laws.hand(CraftId::from_index(index), header)
-            {
-                broken.get_or_insert(violation);
-            }
-            if is_witnessed {
-                lines.push(sample_line(index, header));
-            }
-            // A refusal is counted by the craft and changes nothing.
-            let _refusal = craft.receive(class, kind, header, payload, fleet, out);
-        });
-        drained.map_err(failed)?;
+        let (lines, verdict) = take_in(endpoint, craft, fleet, laws, out, is_witnessed);
         craft.stamp_applied(now);
         for line in lines {
             self.tell(now, |_| line);
         }
-        broken.map_or(Ok(()), Err)?;
+        verdict?;
         self.publish(index)
     }
 
@@ -336,19 +323,6 @@ pub(super) fn board_line(craft: CraftId, facts: impl Iterator<Item = FactState>)
         format!("{sign}{}@{}", version.count, version.writer)
     });
     format!("{craft} holds {}", facts.collect::<Vec<_>>().join(" "))
-}
-
-/// What is handed over, in a line.
-pub(super) fn sample_line(index: usize, header: &Header) -> String {
-    let kind = header.kind().map_or_else(String::new, |kind| format!("{kind:?}"));
-    let number = match header.kind() {
-        Some(kind) if kind.is_numbered() => format!(" {}", header.sequence),
-        _ => String::new(),
-    };
-    let again =
-        if header.class == Class::Repair as u8 && !number.is_empty() { " again" } else { "" };
-    let (source, records) = (header.source, header.record_count);
-    format!("{index} gets {kind}{number} of {source}{again}, {records} records")
 }
 
 /// The part of the trace that process `index` plays; none for the centre.

@@ -1,7 +1,8 @@
 //! One trial of a case in lockstep: commands, arrivals and what recovery has due, by time.
 
+use super::arrival::take_in;
 use super::laws::Violation;
-use super::play::{board_line, failed, sample_line};
+use super::play::{board_line, failed};
 use super::scene::MISSION_FACTS;
 use super::turns::Turns;
 use crate::craft::dispatch::dispatch;
@@ -134,25 +135,11 @@ impl<E: Endpoint> Turns<'_, E> {
         let craft = &mut crafts[index];
         craft.arrive(now);
         let Some(endpoint) = &mut processes[index].endpoint else { return Ok(()) };
-        let (mut broken, mut lines) = (None, Vec::new());
-        let drained = endpoint.drain(&mut |_, header, payload| {
-            let (Some(class), Some(kind)) = (header.class(), header.kind()) else { return };
-            if kind.is_numbered()
-                && let Err(violation) = laws.hand(CraftId::from_index(index), header)
-            {
-                broken.get_or_insert(violation);
-            }
-            if is_witnessed {
-                lines.push(sample_line(index, header));
-            }
-            // A refusal is counted by the craft and changes nothing.
-            let _refusal = craft.receive(class, kind, header, payload, fleet, out);
-        });
-        drained.map_err(failed)?;
+        let (lines, verdict) = take_in(endpoint, craft, fleet, laws, out, is_witnessed);
         for line in lines {
             self.tell(|_| line);
         }
-        broken.map_or(Ok(()), Err)
+        verdict
     }
 
     /// Sends what the step of process `index` planned, puts its reports into the ledger, and holds its
