@@ -82,11 +82,7 @@ fn panel(title: &str, lines: &[Shown<'_>], (quantile, words): (Quantile, &str)) 
             Series { mark: line.mark, name, points, is_reference: false }
         })
         .collect();
-    let points = || series.iter().flat_map(|series| &series.points);
-    let heights = points().flat_map(|point| {
-        let ends = point.interval.map(|(low, high)| [low, high]);
-        std::iter::once(point.y).chain(ends.into_iter().flatten())
-    });
+    let heights = series.iter().flat_map(Series::heights);
     let Some(y) = Bounds::around(Spread::Log, heights) else {
         return Panel::Nothing(no_values(&title, lines));
     };

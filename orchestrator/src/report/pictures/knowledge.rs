@@ -95,15 +95,12 @@ fn panel(title: &str, lines: &[(Shown<'_>, Option<Histogram<u64>>)]) -> Panel {
             Series { mark: line.mark, name, points, is_reference: false }
         })
         .collect();
-    let points = || series.iter().flat_map(|series| &series.points);
-    let heights = points().flat_map(|point| {
-        let ends = point.interval.map(|(low, high)| [low, high]);
-        std::iter::once(point.y).chain(ends.into_iter().flatten())
-    });
+    let heights = series.iter().flat_map(Series::heights);
     let Some(y) = Bounds::around(Spread::Log, heights) else {
         return Panel::Nothing(no_values(title, lines.iter().map(|(line, _)| line)));
     };
-    let end = points().map(|point| point.x).fold(10.0, f64::max);
+    let points = series.iter().flat_map(|series| &series.points);
+    let end = points.map(|point| point.x).fold(10.0, f64::max);
     let ticks = NAMED.into_iter().filter(|&(beyond, _)| beyond <= end);
     let ticks = ticks.map(|(beyond, name)| (beyond, name.to_owned())).collect();
     let x = Bounds::between(Spread::Log, 1.0, end);

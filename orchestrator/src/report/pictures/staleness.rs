@@ -93,12 +93,9 @@ fn draw(
             Series { mark: Mark::of(strategy), name, points, is_reference: false }
         })
         .collect();
-    let points = || series.iter().flat_map(|series| &series.points);
-    let heights = points().flat_map(|point| {
-        let ends = point.interval.map(|(low, high)| [low, high]);
-        std::iter::once(point.y).chain(ends.into_iter().flatten())
-    });
-    let bounds = Bounds::around(Spread::Log, points().map(|point| point.x))
+    let heights = series.iter().flat_map(Series::heights);
+    let points = series.iter().flat_map(|series| &series.points);
+    let bounds = Bounds::around(Spread::Log, points.map(|point| point.x))
         .zip(Bounds::around(spread, heights));
     let Some((x, y)) = bounds else {
         return Panel::Nothing(format!("{title}: no value"));

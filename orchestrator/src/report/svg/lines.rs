@@ -36,6 +36,16 @@ pub struct Series {
     pub is_reference: bool,
 }
 
+impl Series {
+    /// Where its points and the ends of their intervals stand along the left axis.
+    pub fn heights(&self) -> impl Iterator<Item = f64> {
+        self.points.iter().flat_map(|point| {
+            let ends = point.interval.map(|(low, high)| [low, high]);
+            std::iter::once(point.y).chain(ends.into_iter().flatten())
+        })
+    }
+}
+
 /// A chart of lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LineChart {
