@@ -49,6 +49,17 @@ SHARES = {
     "applied-by-end-share": ("applied-by-end", "needed"),
     "stale-reads-share": ("stale-reads", "reads"),
 }
+# What recovery did, where the fleet recovers: sums over blocks, and their units.
+RECOVERY = {
+    "recovery-deaths": "process",
+    "recovery-records-missed": "record",
+    "recovery-lost-on-link": "sample",
+    "recovery-dropped": "sample",
+    "recovery-repeats": "sample",
+    "recovery-given-up": "sample",
+    "recovery-learnt": "change",
+    "recovery-states-missed": "question",
+}
 UNITS = {"cpu-per-application": "ns", "cpu-per-application-over-null": "ns"}
 # Of the histograms of a cell above capacity only this one has quantiles.
 STALENESS = "staleness"
@@ -164,6 +175,7 @@ def loads(directory):
         for name, (part, whole) in SHARES.items():
             if total[whole]:
                 figures[*row, name] = 100 * total[part] / total[whole]
+        figures.update({(*row, name): total[name] for name in RECOVERY if name in total})
         for name, histogram in stages.items():
             if total["saturated"] and name != STALENESS:
                 continue
@@ -205,6 +217,8 @@ def unit_of(metric):
     """The unit of a figure under load."""
     if metric in SHARES:
         return "%"
+    if metric in RECOVERY:
+        return RECOVERY[metric]
     if metric.endswith("-per-application"):
         return UNITS.get(metric, "a needed application")
     return "record" if metric.startswith("records-per-sample") else "ns"

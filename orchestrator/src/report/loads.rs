@@ -277,7 +277,7 @@ pub(super) fn legend(summary: &Summary) -> String {
     .collect()
 }
 
-/// The tables under `--all`: quantiles with their intervals, stages, shares, costs.
+/// The tables under `--all`: quantiles with their intervals, stages, shares, costs, recovery.
 pub(super) fn details(summary: &Summary) -> Vec<(&'static str, Table)> {
     vec![
         ("Time to knowledge, us", knowledge(summary)),
@@ -287,6 +287,7 @@ pub(super) fn details(summary: &Summary) -> Vec<(&'static str, Table)> {
         ("Median share of the parts of time to knowledge, %", parts::shares(summary)),
         ("Time to knowledge by hops, us, 95 % intervals over blocks", parts::by_hops(summary)),
         ("Under load, a needed application", costs(summary)),
+        ("What recovery did, sums over blocks", parts::recovered(summary)),
     ]
 }
 

@@ -7,7 +7,7 @@ use super::{Look, Report};
 use crate::outcome::Outcome;
 use crate::results::event::{Event, ProcessEnd};
 use crate::results::figure::Figure;
-use crate::results::load::Saturation;
+use crate::results::load::{LoadRecovery, Saturation};
 use crate::results::read::read_run;
 use crate::results::record::{Cell, FinalFact, TrialEnd};
 use crate::results::sample::{
@@ -419,6 +419,24 @@ fn every_number_of_the_tables_of_loads_is_in_json_and_csv() {
         assert!(json[&key].contains(&number), "{number} of {key:?} is not in the JSON form");
         assert!(csv[&key].contains(&number), "{number} of {key:?} is not in the CSV form");
     }
+}
+
+#[test]
+fn what_recovery_did_is_shown_under_all_where_it_did_anything() {
+    const TITLE: &str = "What recovery did, sums over blocks";
+    let text = mission_of(loaded(3)).table(ALL);
+    let (_, table) = text.split_once(TITLE).unwrap();
+    let rows: Vec<&str> = table.lines().filter(|line| line.starts_with("full ")).collect();
+    let words: Vec<&str> = rows[0].split_whitespace().collect();
+    assert_eq!(words, ["full", "6", "93", "123", "15", "171", "9", "33", "3"]);
+    assert!(!mission_of(loaded(3)).table(FIRST_SCREEN).contains(TITLE));
+    let without = run_of(Outcome::Success, |store| {
+        let cell = Cell { block: 0, size: 10, strategy: StrategyKind::Full };
+        let (mut record, histograms) = load(cell, 0, "high", 2_000, 1.0);
+        record.recovery = Some(LoadRecovery::default());
+        store.append_load(&record, &histograms).unwrap();
+    });
+    assert!(!mission_of(without).table(ALL).contains(TITLE), "all are zero");
 }
 
 #[test]

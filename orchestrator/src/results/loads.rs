@@ -236,6 +236,7 @@ impl<'a> Merged<'a> {
         add.figure("second-half-ratio", second_half_ratio, self.n(), "1", ratio_label);
         self.add_costs(floor, &mut add);
         self.add_counts(&mut add);
+        self.add_recovery(&mut add);
         row
     }
 

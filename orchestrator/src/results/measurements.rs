@@ -9,6 +9,7 @@
 use super::load::{CapacityRecord, LoadRecord};
 use super::reasoning;
 use super::record::{Cell, Counts, Label, Overhead, TimingRecord, TrialRecord};
+use super::recovered;
 use super::statistics::Distribution;
 use shared_types::transport::link::LinkCounts;
 use shared_types::wire::{Losses, Stage, Traffic};
@@ -214,6 +215,9 @@ pub fn load_lines(record: &LoadRecord) -> Vec<u8> {
         rows.counts(FLEET, "expected-", expected);
     }
     rows.overhead(&record.overhead);
+    for (metric, value, unit, _) in record.recovery.iter().flat_map(recovered::values) {
+        rows.push(FLEET, metric, value, unit);
+    }
     rows.losses(&record.losses);
     lines(rows.rows)
 }

@@ -27,6 +27,7 @@ pub mod provenance;
 pub mod read;
 pub mod reasoning;
 pub mod record;
+pub mod recovered;
 pub mod resume;
 pub mod statistics;
 pub mod store;

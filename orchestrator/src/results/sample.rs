@@ -2,7 +2,7 @@
 
 mod loads;
 
-pub(crate) use loads::{LOADED, capacity, leave_loads, load};
+pub(crate) use loads::{LOADED, RECOVERY, capacity, leave_loads, load};
 
 use super::event::Event;
 use super::host::HostCheck;

@@ -7,8 +7,8 @@ use super::read::{ReadError, read_run};
 use super::record::Cell;
 use super::record::TrialEnd;
 use super::sample::{
-    LOADED, STRATEGIES, capacity, leave_blocks, leave_loads, leave_run, load, provenance, timing,
-    trial,
+    LOADED, RECOVERY, STRATEGIES, capacity, leave_blocks, leave_loads, leave_run, load, provenance,
+    timing, trial,
 };
 use super::statistics::{Quantile, histogram_of, merged};
 use super::store::{
@@ -355,6 +355,29 @@ fn the_long_form_has_every_value_of_a_trial_once() {
         .map(|row| row[9].parse::<u64>().unwrap())
         .sum();
     assert_eq!(requests, 28);
+}
+
+#[test]
+fn the_long_form_has_what_recovery_did_of_every_cell_that_recovers() {
+    let place = tempfile::tempdir().unwrap();
+    leave_loads(place.path(), 1, 2, 20, 1.0);
+    let mut reader = csv::Reader::from_path(place.path().join("measurements.csv")).unwrap();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let found: Vec<[&str; 5]> = rows
+        .iter()
+        .filter(|row| row[8].starts_with("recovery-"))
+        .map(|row| [&row[2], &row[7], &row[8], &row[9], &row[10]])
+        .collect();
+    let values = super::recovered::values(&RECOVERY).map(|(metric, value, unit, _)| {
+        [
+            "full".to_owned(),
+            "fleet".to_owned(),
+            metric.to_owned(),
+            value.to_string(),
+            unit.to_owned(),
+        ]
+    });
+    assert_eq!(found, [values.clone(), values].concat(), "once a block");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What time to knowledge is made of: its parts, and the hops that a change came over.
+//! What time to knowledge is made of, its parts and the hops that a change came over; and what recovery did.
 
 use super::{SIGNS, STAGE_SIGNS, sections};
 use crate::report::table::{Table, column, exact, short};
@@ -53,6 +53,38 @@ pub(super) fn by_hops(summary: &Summary) -> Table {
                 }
                 table.row(cells);
             }
+        }
+    }
+    table
+}
+
+/// A row for each one in which recovery did anything.
+pub(super) fn recovered(summary: &Summary) -> Table {
+    const SHOWN: [(&str, &str, &str); 8] = [
+        ("", "deaths", "recovery-deaths"),
+        ("records", "missed", "recovery-records-missed"),
+        ("lost", "on links", "recovery-lost-on-link"),
+        ("lost", "dropped", "recovery-dropped"),
+        ("", "sent again", "recovery-repeats"),
+        ("", "given up", "recovery-given-up"),
+        ("states", "learnt", "recovery-learnt"),
+        ("states", "missed", "recovery-states-missed"),
+    ];
+    let mut columns = vec![column("", "strategy"), column("asks", "ms")];
+    columns.extend(SHOWN.iter().map(|(group, head, _)| column(group, head)));
+    let mut table = Table::new(&columns);
+    let values = |row: &LoadFigures| SHOWN.map(|(_, _, metric)| row.figures.value(metric));
+    let has_any = |row: &&LoadFigures| {
+        row.again == 0 && values(row).into_iter().flatten().any(|value| value > 0.0)
+    };
+    let rows: Vec<&LoadFigures> = summary.timing.loads.iter().filter(has_any).collect();
+    for rows in rows.chunk_by(|one, other| (one.size, &one.load) == (other.size, &other.load)) {
+        table.section(format!("{} crafts, load {}", rows[0].size, rows[0].load));
+        for row in rows {
+            let asks = row.asks_every_ns.map(|every_ns| as_float(every_ns) / 1e6);
+            let mut cells = vec![row.strategy.name().to_owned(), short(asks, SIGNS)];
+            cells.extend(values(row).map(|value| exact(value, 0)));
+            table.row(cells);
         }
     }
     table

@@ -3,6 +3,7 @@
 use super::{Adding, Merged};
 use crate::results::inference::middle_of;
 use crate::results::load::LoadRecord;
+use crate::results::recovered;
 use crate::results::statistics::{as_float, mean_of, ratio_of_sums};
 use std::collections::BTreeSet;
 
@@ -101,6 +102,22 @@ impl Merged<'_> {
             let share = mean_of(self.records().filter_map(of_block));
             let label = format!("median share of {part} among the events from {quantile} on");
             add.figure(&format!("share-{quantile}-{part}"), share, n, "%", &label);
+        }
+    }
+
+    /// What recovery did, where the fleet recovers: sums over its blocks.
+    pub(super) fn add_recovery(&self, add: &mut Adding<'_>) {
+        let recoveries = || self.records().filter_map(|record| record.recovery);
+        let n = recoveries().count() as u64;
+        let sums =
+            recoveries().map(|recovery| recovered::values(&recovery)).reduce(|mut sums, more| {
+                for (sum, more) in sums.iter_mut().zip(more) {
+                    sum.1 += more.1;
+                }
+                sums
+            });
+        for (metric, value, unit, label) in sums.into_iter().flatten() {
+            add.figure(metric, Some(as_float(value)), n, unit, label);
         }
     }
 }

@@ -6,8 +6,9 @@ use crate::results::inference::Verdict;
 use crate::results::load::{LoadHistograms, LoadRecord, Saturation};
 use crate::results::load_pairs::LoadMetric;
 use crate::results::record::{Cell, Label};
-use crate::results::sample::{leave_loads, load, provenance};
-use crate::results::statistics::{Distribution, histogram_of};
+use crate::results::recovered;
+use crate::results::sample::{RECOVERY, leave_loads, load, provenance};
+use crate::results::statistics::{Distribution, as_float, histogram_of};
 use crate::results::store::{Place, Store};
 use crate::results::summary::Summary;
 use shared_types::wire::{Stage, StrategyKind};
@@ -66,6 +67,23 @@ fn every_figure_has_n_unit_load_and_an_interval_from_three_blocks_on() {
     let of_two = leave_loads(&place.path().join("two"), 3, 2, 2000, 1.2);
     let figure = row(&of_two, StrategyKind::Boundary).figures.get("knowledge-p50").unwrap();
     assert!(figure.value.is_some() && figure.low.is_none(), "two blocks have no interval");
+}
+
+#[test]
+fn what_recovery_did_is_summed_over_the_blocks_that_recover() {
+    let summary = run_of(|record, _| {
+        if record.cell.block == 2 {
+            record.recovery = None;
+        }
+    });
+    let full = &row(&summary, StrategyKind::Full).figures;
+    for (metric, value, unit, _) in recovered::values(&RECOVERY) {
+        let figure = full.get(metric).unwrap_or_else(|| panic!("{metric}"));
+        assert_eq!(figure.value, Some(2.0 * as_float(value)), "{metric}");
+        assert_eq!((figure.unit, figure.n, figure.load.as_deref()), (unit, 2, Some("common")));
+        let boundary = &row(&summary, StrategyKind::Boundary).figures;
+        assert!(boundary.get(metric).is_none(), "what does not recover says nothing of it");
+    }
 }
 
 #[test]

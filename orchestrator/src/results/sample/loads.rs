@@ -5,7 +5,9 @@ use crate::outcome::Outcome;
 use crate::results::baseline::{Baseline, RawHops};
 use crate::results::event::Event;
 use crate::results::host::HostCheck;
-use crate::results::load::{CapacityRecord, LoadHistograms, LoadRecord, Probe, Saturation};
+use crate::results::load::{
+    CapacityRecord, LoadHistograms, LoadRecord, LoadRecovery, Probe, Saturation,
+};
 use crate::results::record::{Cell, Counts, Label, Overhead};
 use crate::results::statistics::{Distribution, as_float, histogram_of, merged};
 use crate::results::store::{Place, Store};
@@ -30,6 +32,18 @@ pub(crate) const LOADED: [Label; 5] = [
     Label::first(StrategyKind::Full),
     Label::first(StrategyKind::CentralBatched),
 ];
+
+/// What recovery did in every cell of `full`, and in no other.
+pub(crate) const RECOVERY: LoadRecovery = LoadRecovery {
+    deaths: 2,
+    records_missed: 31,
+    repeats: 57,
+    given_up: 3,
+    learnt: 11,
+    states_missed: 1,
+    lost_on_link: 41,
+    dropped: 5,
+};
 
 /// A cell of `needed` needed applications; every time is `factor` times that of the first strategy.
 pub(crate) fn load(
@@ -90,7 +104,7 @@ pub(crate) fn load(
         expected: (!cell.strategy.has_centre()).then_some(counts),
         overhead: Overhead::default(),
         losses: Losses::default(),
-        recovery: None,
+        recovery: (cell.strategy == StrategyKind::Full).then_some(RECOVERY),
         stages: distributions,
         shares: BTreeMap::from([("p50".to_owned(), share(61.5)), ("p99".to_owned(), share(82.5))]),
         second_half_ratio: (!is_null).then_some(1.01),
