@@ -1,9 +1,9 @@
-//! A craft that kills itself where it was told to, so that what such a death leaves can be looked at.
+//! A craft that kills itself, or falls silent, where it was told to, so that what follows can be seen.
 //!
-//! A [`Doom`] comes on the craft's command line and is obeyed with SIGKILL: at a point of the craft's
-//! life that is named, not at an instant that somebody guessed from outside. [`Doomed`] wraps the
-//! endpoint of such a craft and of no other, so that a craft without a doom runs the code that it always
-//! runs. Not here: who is doomed to what (the orchestrator's campaigns).
+//! A [`Doom`] comes on the craft's command line and is obeyed, with SIGKILL but for one: at a point of
+//! the craft's life that is named, not at an instant that somebody guessed from outside. [`Doomed`]
+//! wraps the endpoint of such a craft and of no other, so that a craft without a doom runs the code that
+//! it always runs. Not here: who is doomed to what (the orchestrator's campaigns).
 
 use shared_types::ids::CraftId;
 use shared_types::transport::sequence::Sequences;
@@ -31,11 +31,13 @@ pub enum Point {
     Handshake,
     /// Some microseconds after it began to drop its ports.
     Shutdown,
+    /// While it reads a sample where it lies it loops for ever, as on what somebody else never finished.
+    Silence,
 }
 
 impl Point {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::StartUp,
         Self::Opening,
         Self::Loan,
@@ -43,6 +45,7 @@ impl Point {
         Self::Receive,
         Self::Handshake,
         Self::Shutdown,
+        Self::Silence,
     ];
 
     /// The name on command lines and in files.
@@ -56,6 +59,7 @@ impl Point {
             Self::Receive => "receive",
             Self::Handshake => "handshake",
             Self::Shutdown => "shutdown",
+            Self::Silence => "silence",
         }
     }
 }
@@ -65,8 +69,8 @@ impl Point {
 pub struct Doom {
     /// Where.
     pub point: Point,
-    /// Of loans, sends and receptions: how many are let pass before. Of opening and shutdown: how many
-    /// microseconds. Else nothing.
+    /// Of loans, sends, receptions and silence: how many are let pass before. Of opening and shutdown:
+    /// how many microseconds. Else nothing.
     pub after: u32,
 }
 
@@ -92,8 +96,13 @@ impl Doom {
         });
     }
 
-    /// Says what happens and kills the process.
+    /// Says what happens and kills the process, or never goes on.
     fn strike(self) {
+        if self.point == Point::Silence {
+            loop {
+                rustix::thread::sched_yield();
+            }
+        }
         eprintln!("{}", self.last_words());
         super::startup::kill_this_process();
     }
@@ -211,6 +220,7 @@ impl<E: Endpoint> Endpoint for Doomed<E> {
         let Self { inner, doom, left } = self;
         inner.drain(&mut |to, header, payload| {
             pass(*doom, left, Point::Receive);
+            pass(*doom, left, Point::Silence);
             visit(to, header, payload);
         })
     }

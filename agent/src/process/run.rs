@@ -6,6 +6,7 @@ use super::startup::{self, AgentArguments, Ending, StartupError};
 use crate::craft::Craft;
 use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
+use shared_types::transport::heartbeat::Heart;
 use shared_types::transport::iceoryx::{EndpointOptions, IceoryxEndpoint, IdleWait, OpenError};
 use shared_types::transport::{Endpoint, RunPaths, SendError, WakeMode, clock};
 use std::os::fd::AsFd;
@@ -26,6 +27,17 @@ pub enum ProcessError {
         .0.display()
     )]
     NoRun(std::path::PathBuf),
+    /// The run has no counter for its heartbeat.
+    #[error(
+        "no heartbeat in `{}`: {source}; both sides must be of one version: start the run again",
+        path.display()
+    )]
+    NoHeart {
+        /// The file of counters.
+        path: std::path::PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// Its ports could not be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
@@ -48,6 +60,9 @@ pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
     if !paths.lock_file().exists() {
         return Err(ProcessError::NoRun(paths.root()));
     }
+    let heart = Heart::open(&paths, arguments.craft)
+        .map_err(|source| ProcessError::NoHeart { path: paths.beats_file(), source })?;
+    heart.beat();
     // Room for a centre, whether or not the fleet has one.
     let options = EndpointOptions {
         hears_turns: arguments.craft != CraftId(arguments.craft_count),
@@ -60,6 +75,7 @@ pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
         .behind_links(arguments.loss);
     let surroundings = System {
         ending: &ending,
+        heart,
         wake: arguments.wake,
         idle: IdleWait::new(arguments.wake),
         page_bytes: rustix::param::page_size() as u64,
@@ -95,6 +111,7 @@ impl Real for Doomed<IceoryxEndpoint> {
 /// The process's clock, memory and waiting.
 struct System<'a> {
     ending: &'a Ending,
+    heart: Heart,
     wake: WakeMode,
     idle: IdleWait,
     page_bytes: u64,
@@ -154,6 +171,8 @@ impl<E: Real> Surroundings<E> for System<'_> {
     }
 
     fn rest(&mut self, endpoint: &mut E, rest: Rest) -> Result<(), SendError> {
+        // Every loop of the session comes by here once a round.
+        self.heart.beat();
         let endpoint = endpoint.real();
         let others = [self.ending.as_fd()];
         match rest {

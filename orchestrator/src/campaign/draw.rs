@@ -117,7 +117,7 @@ impl Draws {
         let after = match point {
             Point::Opening => self.0.below(OPENING_US_MAX),
             Point::Loan | Point::Send | Point::Receive => self.0.below(PASSES_MAX),
-            Point::StartUp | Point::Handshake | Point::Shutdown => 0,
+            Point::StartUp | Point::Handshake | Point::Shutdown | Point::Silence => 0,
         };
         Doom { point, after }
     }
@@ -158,7 +158,7 @@ mod tests {
         assert_ne!(drawn(3), drawn(4));
         let mut draws = Draws::new(3);
         let points: BTreeSet<Point> = (0..200).map(|_| draws.doom().point).collect();
-        assert_eq!(points.len(), Point::ALL.len() - 1, "all but the shutdown");
+        assert_eq!(points.len(), Point::ALL.len() - 2, "all but shutdown and silence");
     }
 
     #[test]

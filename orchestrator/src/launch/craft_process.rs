@@ -30,6 +30,8 @@ pub enum HowEnded {
     Exited(i32),
     /// This signal killed it.
     Killed(i32),
+    /// The supervisor killed it after so many ns without a heartbeat.
+    Silent(u64),
 }
 
 impl HowEnded {
@@ -48,6 +50,9 @@ impl fmt::Display for HowEnded {
                 Some(name) => write!(formatter, "killed by signal {signal} ({name})"),
                 None => write!(formatter, "killed by signal {signal}"),
             },
+            Self::Silent(ns) => {
+                write!(formatter, "killed after {:.1} s without a heartbeat", *ns as f64 / 1e9)
+            }
         }
     }
 }
@@ -67,6 +72,41 @@ fn name_of(signal: Signal) -> Option<&'static str> {
     })
 }
 
+/// How a living process stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standing {
+    /// The state of its first thread: `R`, `S`, `T`, `Z` and so on.
+    pub state: char,
+    /// CPU time that it has used, ns, in steps of the kernel's tick.
+    pub cpu_ns: u64,
+}
+
+impl Standing {
+    /// Whether it runs or would if it got a core.
+    #[must_use]
+    pub const fn is_runnable(&self) -> bool {
+        matches!(self.state, 'R')
+    }
+
+    /// Whether somebody stopped it.
+    #[must_use]
+    pub const fn is_stopped(&self) -> bool {
+        matches!(self.state, 'T' | 't')
+    }
+
+    /// What a file `stat` below /proc says.
+    fn read(stat: &str) -> Option<Self> {
+        // The name in parentheses may hold anything, so the state is what follows the last one.
+        let mut fields = stat.rsplit_once(')')?.1.split_whitespace();
+        let state = fields.next()?.chars().next()?;
+        // User and system time are fields 14 and 15; the state is the third.
+        let ticks: u64 =
+            fields.skip(10).take(2).filter_map(|ticks| ticks.parse::<u64>().ok()).sum();
+        let tick_ns = 1_000_000_000 / rustix::param::clock_ticks_per_second().max(1);
+        Some(Self { state, cpu_ns: ticks * tick_ns })
+    }
+}
+
 /// A craft's process.
 #[derive(Debug)]
 pub struct CraftProcess {
@@ -75,6 +115,8 @@ pub struct CraftProcess {
     pid: Pid,
     pidfd: OwnedFd,
     how_ended: Option<HowEnded>,
+    /// For how long it had been silent when it was killed for that.
+    silent_ns: Option<u64>,
     stderr: Option<ChildStderr>,
     said: Vec<u8>,
     unkept_bytes: u64,
@@ -106,6 +148,7 @@ impl CraftProcess {
             pid,
             pidfd,
             how_ended: None,
+            silent_ns: None,
             stderr,
             said: Vec::new(),
             unkept_bytes: 0,
@@ -148,9 +191,13 @@ impl CraftProcess {
             let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG;
             let status =
                 rustix::io::retry_on_intr(|| waitid(WaitId::PidFd(self.pidfd.as_fd()), options))?;
+            let killed = |signal| match self.silent_ns {
+                Some(silent_ns) if signal == Signal::KILL.as_raw() => HowEnded::Silent(silent_ns),
+                _ => HowEnded::Killed(signal),
+            };
             self.how_ended = status.and_then(|status| {
                 let exited = status.exit_status().map(HowEnded::Exited);
-                exited.or_else(|| status.terminating_signal().map(HowEnded::Killed))
+                exited.or_else(|| status.terminating_signal().map(killed))
             });
         }
         Ok(self.how_ended)
@@ -167,21 +214,28 @@ impl CraftProcess {
         }
     }
 
-    /// The process state as /proc tells it (`R`, `S`, `T`, `Z` and so on), `None` once it is reaped.
+    /// How it stands as /proc tells it, `None` once it is reaped.
     #[must_use]
-    pub fn state(&self) -> Option<char> {
+    pub fn standing(&self) -> Option<Standing> {
         if self.how_ended.is_some() {
             return None;
         }
-        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid())).ok()?;
-        // The name in parentheses may hold anything, so the state is what follows the last one.
-        stat.rsplit_once(')')?.1.trim_start().chars().next()
+        Standing::read(&std::fs::read_to_string(format!("/proc/{}/stat", self.pid())).ok()?)
     }
 
     /// Whether somebody stopped it (SIGSTOP, a terminal, a debugger): it is paused, not dead.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
-        matches!(self.state(), Some('T' | 't'))
+        self.standing().is_some_and(|standing| standing.is_stopped())
+    }
+
+    /// Kills it for having been silent for `silent_ns`; how it ended will say so.
+    ///
+    /// # Errors
+    /// If the kernel refuses.
+    pub(crate) fn kill_silent(&mut self, silent_ns: u64) -> io::Result<()> {
+        self.silent_ns = Some(silent_ns);
+        self.signal(Signal::KILL)
     }
 
     /// Takes in what the process wrote to standard error since the last call; says whether more can
@@ -240,5 +294,24 @@ impl Drop for CraftProcess {
     fn drop(&mut self) {
         // Nobody is left to hear of a failure; the process also ends when this one does.
         let _ends_with_us = self.end_now();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{HowEnded, Standing};
+
+    #[test]
+    fn standing_is_read_behind_a_name_that_holds_anything() {
+        let stat = "41 (a ) R b) S 1 41 41 0 -1 4194560 181 0 0 0 25 17 9 9 20 0 2 0";
+        let standing = Standing::read(stat).expect("a line of /proc");
+        assert_eq!((standing.state, standing.cpu_ns), ('S', 420_000_000));
+        assert_eq!(Standing::read(""), None);
+    }
+
+    #[test]
+    fn a_silent_process_is_told_with_its_silence() {
+        let said = HowEnded::Silent(2_640_000_000).to_string();
+        assert_eq!(said, "killed after 2.6 s without a heartbeat");
     }
 }

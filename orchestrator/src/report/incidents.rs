@@ -2,7 +2,7 @@
 
 use super::table::{Colour, wrap};
 use crate::outcome::Outcome;
-use crate::results::event::Event;
+use crate::results::event::{Event, Relief};
 use crate::results::record::TrialFacts;
 use crate::results::summary::Summary;
 use shared_types::wire::Losses;
@@ -54,6 +54,16 @@ fn sentence(event: &Event) -> Option<String> {
     match event {
         Event::CraftLost { size, name, end, phase } => {
             Some(format!("craft `{name}` of the fleet of {size} was lost ({end}) in {phase}"))
+        }
+        Event::CraftSilent { size, name, silent_ns, helped, swept, .. } => {
+            let seconds = *silent_ns as f64 / 1e9;
+            let end = match helped {
+                Relief::Kill => "and was killed".to_owned(),
+                Relief::Sweep => format!("and went on after a sweep of {swept} unfinished files"),
+            };
+            Some(format!(
+                "craft `{name}` of the fleet of {size} gave no heartbeat for {seconds:.1} s {end}"
+            ))
         }
         Event::CraftRestarted { size, name, rejoined_ns, caught_up_ns, .. } => {
             let ms = |ns: u64| ns as f64 / 1e6;

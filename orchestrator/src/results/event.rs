@@ -13,6 +13,18 @@ pub enum ProcessEnd {
     Exit(i32),
     /// This signal ended it.
     Signal(i32),
+    /// The orchestrator killed it after so many ns without a heartbeat.
+    Silent(u64),
+}
+
+/// After which step a silence was over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Relief {
+    /// The sweep of what was never finished: the process went on.
+    Sweep,
+    /// SIGKILL.
+    Kill,
 }
 
 impl std::fmt::Display for ProcessEnd {
@@ -20,6 +32,9 @@ impl std::fmt::Display for ProcessEnd {
         match self {
             Self::Exit(code) => write!(formatter, "exit code {code}"),
             Self::Signal(signal) => write!(formatter, "signal {signal}"),
+            Self::Silent(ns) => {
+                write!(formatter, "killed after {:.1} s without a heartbeat", *ns as f64 / 1e9)
+            }
         }
     }
 }
@@ -105,6 +120,21 @@ pub enum Event {
         end: ProcessEnd,
         /// What the run was doing: starting, turn 17 of trial 3, ...
         phase: String,
+    },
+    /// A process ran and did not go on. One line a silence, once it is over.
+    CraftSilent {
+        /// Crafts of its fleet.
+        size: u32,
+        /// Its name in the scenario.
+        name: String,
+        /// Which life of it; lives are numbered across the fleet.
+        incarnation: u32,
+        /// How long it gave no heartbeat, ns.
+        silent_ns: u64,
+        /// What helped.
+        helped: Relief,
+        /// Unfinished files that the sweep removed.
+        swept: u64,
     },
     /// A craft that was lost lives again, and the fleet went on. Times count from when its end was
     /// noticed, ns.

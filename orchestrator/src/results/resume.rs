@@ -244,6 +244,7 @@ fn kept_events(text: &str, done: &BTreeSet<FleetKey>) -> Vec<u8> {
             | Event::HostChecked { block, size, .. }
             | Event::BaselineMeasured { block, size, .. } => done.contains(&(size, block)),
             Event::CraftLost { .. }
+            | Event::CraftSilent { .. }
             | Event::CraftRestarted { .. }
             | Event::Discrepancy { .. }
             | Event::Note { .. }

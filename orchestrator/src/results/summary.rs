@@ -228,6 +228,7 @@ impl Summary {
 fn is_incident(event: &Event) -> bool {
     match event {
         Event::CraftLost { .. }
+        | Event::CraftSilent { .. }
         | Event::CraftRestarted { .. }
         | Event::Discrepancy { .. }
         | Event::Note { .. }

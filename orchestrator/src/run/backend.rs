@@ -2,6 +2,7 @@
 
 use super::inflict::Infliction;
 use super::recovery::Recovery;
+use super::silence::Relieved;
 use crate::supervision::signals::{Signals, StopRequest};
 use crate::supervision::watch::CraftEnded;
 use agent::lockstep::Outcome;
@@ -155,6 +156,11 @@ pub trait Backend {
     /// Recoveries that are over since the last call; with `all` those under way as well.
     fn take_recoveries(&mut self, all: bool) -> Vec<Recovery> {
         let _ = all;
+        Vec::new()
+    }
+
+    /// Silences of processes that are over since the last call.
+    fn take_relieved(&mut self) -> Vec<Relieved> {
         Vec::new()
     }
 

@@ -8,6 +8,7 @@ use super::backend::PlayError;
 use super::inflict::Infliction;
 use super::patience::Patience;
 use super::recovery::{Life, Recovery};
+use super::silence::Hearts;
 use super::strike::{Strike, Struck};
 use crate::launch::craft_process::CraftProcess;
 use crate::launch::os_process::Launcher;
@@ -81,6 +82,7 @@ pub struct RealFleet<'a> {
     pub(super) endpoint: IceoryxEndpoint,
     _host: IceoryxHost,
     pub(super) root: RunRoot,
+    pub(super) hearts: Hearts,
     pub(super) launcher: &'a Launcher,
     pub(super) signals: &'a mut Signals,
     idle: IdleWait,
@@ -142,6 +144,8 @@ impl<'a> RealFleet<'a> {
             .map_err(|error| failed("no services")(&error))?;
         let mut endpoint =
             host.endpoint(options.wake).map_err(|error| failed("no ports")(&error))?;
+        let hearts = Hearts::create(root.paths(), options.processes())
+            .map_err(|error| failed("no heartbeats")(&error))?;
         let centre = options.has_centre.then_some(CraftId(options.crafts));
         endpoint
             .open_ports(&Peers { unicast: centre.into_iter().collect(), ..Peers::default() })?;
@@ -151,6 +155,7 @@ impl<'a> RealFleet<'a> {
             endpoint,
             _host: host,
             root,
+            hearts,
             launcher,
             signals,
             idle: IdleWait::new(options.wake),
@@ -194,17 +199,6 @@ impl<'a> RealFleet<'a> {
     /// Notes that the first turn opens now.
     pub(super) fn note_ready(&mut self, now: Nanos) {
         self.ready_ns.get_or_insert(now.since(self.spawned));
-    }
-
-    /// Where a slowdown is planted: holds the turn that was opened at `opened` open for longer.
-    pub(super) fn hold_open(&self, opened: Nanos) {
-        if self.planted_slowdown_percent > 0 {
-            let now = clock::now();
-            let until = now.plus(now.since(opened) * self.planted_slowdown_percent / 100);
-            while clock::now() < until {
-                std::hint::spin_loop();
-            }
-        }
     }
 
     /// Ends every process and removes everything that the run left. Processes may end by themselves
@@ -388,6 +382,7 @@ impl<'a> RealFleet<'a> {
             return Err(PlayError::Stopped(request));
         }
         self.strike_when_due().map_err(system)?;
+        self.look_for_silence().map_err(system)?;
         let ended = self.watch.poll().map_err(system)?;
         if !ended.is_empty() {
             return Err(PlayError::Lost(ended));

@@ -3,10 +3,11 @@
 use super::backend::{Backend, PlayError};
 use super::plan::FleetPlan;
 use super::recovery::Recovery;
+use super::silence::Relieved;
 use super::verdict;
 use super::{Ended, Runner};
 use crate::outcome::Outcome;
-use crate::results::event::Event;
+use crate::results::event::{Event, Relief};
 use crate::results::record::{Cell, TrialEnd};
 use crate::results::store::StoreError;
 use crate::supervision::watch::CraftEnded;
@@ -63,14 +64,40 @@ impl Runner<'_> {
         Ok(())
     }
 
-    /// Keeps how lost crafts came back, as far as that is known by now; with `all`, of a fleet that is
-    /// about to end, those that did not as well.
+    /// Keeps who was silent, and what helped.
+    fn keep_silence(&mut self, relieved: Relieved, plan: &FleetPlan) -> Result<(), StoreError> {
+        let Relieved { silence, helped, swept } = relieved;
+        let name = plan.scenario.names().craft(silence.craft).to_owned();
+        let what = match helped {
+            Relief::Sweep => "went on after what nobody finished was swept",
+            Relief::Kill => "was killed",
+        };
+        let seconds = silence.silent_ns as f64 / 1e9;
+        self.progress.say(&format!("{name} gave no heartbeat for {seconds:.1} s and {what}"));
+        if let Err(error) = &swept {
+            self.note(format!("what nobody finished could not be swept: {error}"))?;
+        }
+        self.store.event(Event::CraftSilent {
+            size: plan.scenario.craft_count(),
+            name,
+            incarnation: silence.incarnation.0,
+            silent_ns: silence.silent_ns,
+            helped,
+            swept: swept.unwrap_or(0),
+        })
+    }
+
+    /// Keeps silences that are over, and how lost crafts came back, as far as that is known by now; with
+    /// `all`, of a fleet that is about to end, those that did not as well.
     pub(super) fn keep_recoveries(
         &mut self,
         backend: &mut impl Backend,
         plan: &FleetPlan,
         all: bool,
     ) -> Result<(), StoreError> {
+        for relieved in backend.take_relieved() {
+            self.keep_silence(relieved, plan)?;
+        }
         for recovery in backend.take_recoveries(all) {
             let name = plan.scenario.names().craft(recovery.ended.craft).to_owned();
             if let Some(Err(error)) = recovery.reclaimed.as_ref().map(|done| &done.result) {

@@ -31,6 +31,7 @@ mod recovery;
 mod repaired;
 mod reports;
 mod revival;
+pub mod silence;
 mod staleness;
 pub mod strike;
 #[cfg(test)]

@@ -15,6 +15,7 @@ use agent::simulation::SimulationError;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use shared_types::knowledge::FleetNetwork;
+use shared_types::limits::SLEEP_NS_MAX;
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
 use shared_types::wire::{Class, EpochSpec, Header, Kind, TallyReport, Traffic, TrialReport};
@@ -100,7 +101,9 @@ impl RealFleet<'_> {
         let until = self.options.run_ends.map_or(until, |ends| ends.min(until));
         let mut wakes = 0;
         loop {
-            let look = self.next_strike().map_or(until, |due| due.min(until));
+            // Heartbeats are looked at, too.
+            let look = until.min(clock::now().plus(SLEEP_NS_MAX));
+            let look = self.next_strike().map_or(look, |due| due.min(look));
             let left_ns = look.since(clock::now());
             let timeout = Timespec {
                 tv_sec: i64::try_from(left_ns / NANOS_PER_SECOND).unwrap_or(i64::MAX),

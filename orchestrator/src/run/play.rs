@@ -6,10 +6,12 @@ use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
 use super::inflict::Infliction;
 use super::recovery::Recovery;
 use super::reports::Reports;
+use super::silence::Relieved;
 use crate::supervision::watch::CraftEnded;
 use agent::lockstep::Referee;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::FleetNetwork;
+use shared_types::time::Nanos;
 use shared_types::transport::{Destination, clock};
 use shared_types::wire::{EpochSpec, Header, Kind, RecoverySpec, Traffic, TurnCommand, TurnReport};
 use zerocopy::{FromBytes, IntoBytes};
@@ -70,6 +72,10 @@ impl Backend for RealFleet<'_> {
         self.recoveries_over(all)
     }
 
+    fn take_relieved(&mut self) -> Vec<Relieved> {
+        self.relieved()
+    }
+
     fn ready_ns(&self) -> Option<u64> {
         self.ready_ns
     }
@@ -99,6 +105,17 @@ impl RealFleet<'_> {
         self.await_all(Kind::Connected, Some(spec.epoch), processes)?;
         self.note_rejoined(clock::now());
         Ok(())
+    }
+
+    /// Where a slowdown is planted: holds the turn that was opened at `opened` open for longer.
+    fn hold_open(&self, opened: Nanos) {
+        if self.planted_slowdown_percent > 0 {
+            let now = clock::now();
+            let until = now.plus(now.since(opened) * self.planted_slowdown_percent / 100);
+            while clock::now() < until {
+                std::hint::spin_loop();
+            }
+        }
     }
 }
 

@@ -203,6 +203,7 @@ pub fn process_end(how: HowEnded) -> ProcessEnd {
     match how {
         HowEnded::Exited(code) => ProcessEnd::Exit(code),
         HowEnded::Killed(signal) => ProcessEnd::Signal(signal),
+        HowEnded::Silent(silent_ns) => ProcessEnd::Silent(silent_ns),
     }
 }
 

@@ -103,6 +103,15 @@ impl Watch {
         self.processes.get(&craft)
     }
 
+    /// Kills the process of `craft` for having been silent for `silent_ns`; its end comes as every other.
+    ///
+    /// # Errors
+    /// If the kernel refuses.
+    pub(crate) fn kill_silent(&mut self, craft: CraftId, silent_ns: u64) -> io::Result<()> {
+        let process = self.processes.get_mut(&craft);
+        process.map_or(Ok(()), |process| process.kill_silent(silent_ns))
+    }
+
     /// Whether nobody is left.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -10,8 +10,11 @@ const LINES_MAX: usize = 400;
 const DATA_TABLES: [&str; 0] = [];
 
 /// Where `unsafe` may stand: what begins with one of these.
-const UNSAFE_PLACES: [&str; 2] =
-    ["orchestrator/src/launch/os_process.rs", "shared-types/src/transport/iceoryx/"];
+const UNSAFE_PLACES: [&str; 3] = [
+    "orchestrator/src/launch/os_process.rs",
+    "shared-types/src/transport/iceoryx/",
+    "shared-types/src/transport/heartbeat/mapping.rs",
+];
 
 /// Names that say nothing about what is inside.
 const EMPTY_NAMES: [&str; 8] =

@@ -12,6 +12,7 @@ mod roles;
 mod runs;
 #[path = "../support/mod.rs"]
 mod shared;
+mod silent;
 mod support;
 mod watching;
 
@@ -50,6 +51,9 @@ const TESTS: &[Test] = tests![
     opens::killed_crafts_are_followed_while_the_interval_goes_on,
     opens::stopped_crafts_are_paused_and_catch_up,
     opens::every_fact_reaches_its_peers_over_links_that_lose_a_quarter_and_a_half,
+    silent::craft_that_loops_is_followed_while_the_interval_goes_on,
+    silent::craft_that_loops_ends_the_run_as_partial_and_is_named,
+    silent::craft_that_loops_is_restarted_where_that_is_wanted,
     runs::living_runs_are_private_and_never_cleaned,
     runs::dead_run_is_cleaned_with_its_segments_and_stopped_craft,
     runs::root_without_a_lock_file_is_a_dead_run,

@@ -3,6 +3,7 @@
 
 use crate::shared::{is_gone, until};
 use agent::oracle::{ObservedOpen, compare_open, compare_recovered};
+use agent::process::doom::Doom;
 use agent::simulation::Simulation;
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
 use orchestrator::launch::placement::{Placement, Processors};
@@ -24,6 +25,7 @@ use shared_types::transport::memory::MemoryOptions;
 use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{WakeMode, clock};
 use shared_types::wire::{EpochSpec, Losses, OpenSpec, RecoverySpec, StrategyKind, TrialReport};
+use std::collections::BTreeMap;
 
 const CRAFTS: u32 = 5;
 const FACTS: u32 = 8;
@@ -41,7 +43,7 @@ const STRATEGIES: [StrategyKind; 8] = [
 
 /// Boards without rules; fact f is shared by the crafts from f on, the last by none. `bursts` bursts of
 /// up to four writes and reads a craft, 1 ms apart on average.
-fn network(bursts: u32) -> FleetNetwork {
+pub(crate) fn network(bursts: u32) -> FleetNetwork {
     let boards = (0..CRAFTS).map(|craft| {
         let others = |fact| (fact..CRAFTS).filter(move |&other| other != craft && craft >= fact);
         let links: Vec<(u32, u32)> = (0..FACTS)
@@ -115,7 +117,18 @@ fn with_fleet<T>(
 fn with_faults<T>(
     has_centre: bool,
     run_ends: Option<Nanos>,
+    faults: (Option<RestartPolicy>, Option<LinkLoss>),
+    play: impl FnOnce(&mut RealFleet<'_>) -> T,
+) -> T {
+    with_doomed(has_centre, run_ends, faults, BTreeMap::new(), play)
+}
+
+/// The same with crafts that are doomed from the start.
+pub(crate) fn with_doomed<T>(
+    has_centre: bool,
+    run_ends: Option<Nanos>,
     (restart, loss): (Option<RestartPolicy>, Option<LinkLoss>),
+    dooms: BTreeMap<CraftId, Doom>,
     play: impl FnOnce(&mut RealFleet<'_>) -> T,
 ) -> T {
     let mut signals = Signals::install().expect("signals");
@@ -131,7 +144,7 @@ fn with_faults<T>(
         turn_limit_ns: 5_000_000_000,
         run_ends,
         restart,
-        dooms: std::collections::BTreeMap::new(),
+        dooms,
         janitor: Steps::ALL,
         loss,
     };
@@ -256,7 +269,7 @@ pub(crate) fn what_a_saturated_interval_left_undone_reaches_no_other() {
 }
 
 /// An interval of 1.2 s that recovers, with `blows` so many ms after it is asked for.
-fn struck(
+pub(crate) fn struck(
     fleet: &mut RealFleet<'_>,
     (epoch, strategy): (u32, StrategyKind),
     network: &FleetNetwork,
@@ -284,7 +297,8 @@ fn struck(
     played
 }
 
-const AT_ONCE: RestartPolicy = RestartPolicy { limit: 100, window_ns: u64::MAX, pause_ns: 0 };
+pub(crate) const AT_ONCE: RestartPolicy =
+    RestartPolicy { limit: 100, window_ns: u64::MAX, pause_ns: 0 };
 
 pub(crate) fn killed_crafts_are_followed_while_the_interval_goes_on() {
     let network = network(1_200);

@@ -3,6 +3,7 @@
 use crate::invocation::{CraftSeen, Finished, Invocation, Place, RunsSeen};
 use crate::shared::{is_gone, until};
 use orchestrator::results::event::Event;
+use orchestrator::supervision::heartbeat::SILENCE_NS;
 use rustix::process::Signal;
 use shared_types::transport::{RunPaths, clock};
 
@@ -201,12 +202,15 @@ fn pause_and_continue(run: UnderWay) {
     let craft = &run.crafts[1];
     craft.signal(Signal::STOP);
     until("the stop", || is_stopped(craft.pid).then_some(()));
-    // Many times the limit of a turn.
-    let pause_ends = clock::now().plus(1_500_000_000);
+    // Many times the limit of a turn, and longer than anybody who runs may be silent.
+    let pause_ends = clock::now().plus(SILENCE_NS + 1_000_000_000);
     until("the pause", || (clock::now() >= pause_ends).then_some(()));
     let done = run.place.results().unwrap().events.len();
     craft.signal(Signal::CONT);
     run.place.await_epochs(done + 5);
     run.invocation.signal(Signal::INT);
-    run.ends(130);
+    let (place, _) = run.ends(130);
+    let events = place.results().unwrap().events;
+    let is_taken_for_silent = |event: &Event| matches!(event, Event::CraftSilent { .. });
+    assert!(!events.iter().any(|line| is_taken_for_silent(&line.event)), "{events:?}");
 }

@@ -14,6 +14,8 @@
 #[cfg(feature = "shell")]
 pub mod clock;
 #[cfg(feature = "shell")]
+pub mod heartbeat;
+#[cfg(feature = "shell")]
 pub mod iceoryx;
 #[cfg(feature = "shell")]
 pub mod incoming;

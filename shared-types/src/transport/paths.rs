@@ -80,6 +80,12 @@ impl RunPaths {
         self.root().join("lock")
     }
 
+    /// The file in which every process of the run moves a counter of its own.
+    #[must_use]
+    pub fn beats_file(&self) -> PathBuf {
+        self.root().join("beats")
+    }
+
     /// How the name of every shared-memory file of this run begins.
     #[must_use]
     pub fn prefix(&self) -> String {

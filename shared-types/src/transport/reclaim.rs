@@ -175,7 +175,7 @@ pub fn reclaim_within(
     let given_up = clock::now().plus(limit_ns);
     let is_done = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        if steps.unfinished {
+        if steps.unfinished && steps.places {
             scope.spawn(|| {
                 while !is_done.load(Ordering::Relaxed) {
                     pause(SWEEP_PAUSE_NS);
