@@ -22,6 +22,7 @@ step core-lints cargo clippy --locked "${core[@]}" --all-targets -- -D warnings
 step core-tests cargo test --locked "${core[@]}"
 step documentation env RUSTDOCFLAGS='-D warnings' cargo doc --locked --workspace --no-deps
 step tests cargo test --locked --workspace
-step soak scripts/soak.sh 1
+step soak scripts/soak.sh 0.5
+step soak-without-faults scripts/soak.sh 0.5 --without-faults
 step reanalysis scripts/check_reanalysis.sh
 printf 'all checks passed in %d s\n' "$SECONDS"

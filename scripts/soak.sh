@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Ten crafts under load for so many minutes; fails if memory, descriptors, shared memory or counters
-# drift. By hand an hour, in the checks a minute.
+# Ten crafts under load for so many minutes, while crafts are killed and stopped and links lose samples;
+# fails if memory, descriptors, shared memory or counters drift, or if something is not made up for. By
+# hand an hour; in the checks half a minute with faults, and half a minute without.
 # Usage: scripts/soak.sh [MINUTES] [OPTION...]     1 minute; further options as `soak --help` says.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -1,11 +1,12 @@
-//! `soak`: one fleet under one load for long; says what drifted.
+//! `soak`: one fleet under one load for long, whose crafts die; says what drifted.
 
 use benches::soak::{Soak, table, verdict};
 use clap::Parser;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Keeps a fleet under load, watches memory, descriptors and shared memory, and fails on drift.
+/// Keeps a fleet under load while crafts are killed and stopped and links lose samples, watches memory,
+/// descriptors and shared memory, and fails on drift.
 #[derive(Parser)]
 #[command(version)]
 struct Command {
@@ -24,10 +25,13 @@ struct Command {
     /// How changes are replicated
     #[arg(long, default_value = "boundary")]
     strategy: String,
-    /// A further key of the scenario, such as one of its faults; may be repeated
+    /// Leaves the fleet in peace: then every count must be what the trace demands
+    #[arg(long)]
+    without_faults: bool,
+    /// A further key of the scenario; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Whether the fleet may lose something: faults were planted
+    /// Judges only what grew: for faults of your own, by which something may be lost
     #[arg(long)]
     may_lose: bool,
     /// Where the results go
@@ -63,18 +67,24 @@ fn run(command: &Command) -> Result<bool, Box<dyn std::error::Error>> {
         seconds,
         rate_per_s: command.rate,
         strategy: command.strategy.clone(),
+        has_faults: !command.without_faults,
         set: command.set.clone(),
         out: command.out.clone(),
     };
     let (crafts, rate, strategy) = (soak.crafts, soak.rate_per_s, &soak.strategy);
     println!(
-        "soak: {crafts} crafts, {strategy}, {rate} writes/s for {seconds} s in {} parts",
-        soak.parts()
+        "soak: {crafts} crafts, {strategy}, {rate} writes/s for {seconds} s in {} parts{}",
+        soak.parts(),
+        if soak.has_faults { ", each with deaths, a pause and losses" } else { "" }
     );
     let soaked = soak.run()?;
-    println!("{}\n{}", table::parts(&soaked), table::resources(&soaked));
+    println!("{}", table::parts(&soaked));
+    if soak.has_faults {
+        println!("{}\n{}", table::repaired(&soaked), table::successors(&soaked));
+    }
+    println!("{}", table::resources(&soaked));
     println!("results   {}", soaked.run.directory.display());
-    let drifts = verdict::drifts(&soaked, command.may_lose);
+    let drifts = verdict::drifts(&soak, &soaked, command.may_lose);
     for drift in &drifts {
         println!("drift     {drift}");
     }

@@ -1,17 +1,20 @@
 //! A soak: one fleet under one load for long, watched from outside and judged by what must not drift.
 //!
 //! The load comes in parts of equal length on the same living fleet, a minute each or shorter, so that
-//! every part has histograms and a ledger of its own. [`watch`] reads memory, descriptors and shared
-//! memory of the processes meanwhile; [`verdict`] says what drifted. Not here: measuring, which is the
-//! product's job.
+//! every part has histograms and a ledger of its own; in each of them crafts are killed and stopped and
+//! links lose samples ([`scenario`]), unless the fleet is to be left in peace. [`watch`] reads memory,
+//! descriptors and shared memory of the processes meanwhile; [`flat`] says what of that grew, [`ledger`]
+//! what does not add up, [`verdict`] both. Not here: measuring, which is the product's job.
 
+pub mod flat;
+pub mod ledger;
+pub mod scenario;
 pub mod table;
 pub mod verdict;
 pub mod watch;
 
 use orchestrator::results::read::{ReadError, RunData, read_run};
 use std::ffi::OsString;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use watch::{Looks, Watch};
@@ -21,7 +24,7 @@ const PARTS_MAX: u32 = 100;
 /// Fewest, so that there is something to compare.
 const PARTS_MIN: u32 = 6;
 /// Longest time between two looks at the processes, ms.
-const LOOK_EVERY_MS_MAX: u64 = 10_000;
+const LOOK_EVERY_MS_MAX: u64 = 5_000;
 /// Looks over a whole soak, unless they would be too far apart.
 const LOOKS: u64 = 120;
 
@@ -38,7 +41,9 @@ pub struct Soak {
     pub rate_per_s: u32,
     /// How changes are replicated.
     pub strategy: String,
-    /// Further keys of the scenario, as `KEY=VALUE`: faults, for one.
+    /// Whether crafts die and are stopped and links lose samples, in every part.
+    pub has_faults: bool,
+    /// Further keys of the scenario, as `KEY=VALUE`.
     pub set: Vec<String>,
     /// Where results go.
     pub out: PathBuf,
@@ -67,7 +72,7 @@ pub enum SoakError {
     /// It could not be watched.
     #[error("the fleet cannot be watched: {0}")]
     Watch(std::io::Error),
-    /// It ended with neither 0 nor, having lost something, 3.
+    /// It ended with neither 0 nor, having broken a promise or lost something, 1 or 3.
     #[error("slateswarm failed ({0})")]
     Failed(ExitStatus),
     /// Its results cannot be read.
@@ -93,7 +98,7 @@ impl Soak {
         let watched = Watch::of(child.id()).and_then(|watch| watch.until_end(every_ms));
         let status = child.wait().map_err(SoakError::Watch)?;
         let looks = watched.map_err(SoakError::Watch)?;
-        if !matches!(status.code(), Some(0 | 3)) {
+        if !matches!(status.code(), Some(0 | 1 | 3)) {
             return Err(SoakError::Failed(status));
         }
         Ok(Soaked { run: read_run(&self.out)?, looks })
@@ -117,24 +122,6 @@ impl Soak {
         arguments.extend(["--out".into(), self.out.clone().into()]);
         arguments
     }
-
-    /// The scenario: shared facts, one strategy, the same load again and again.
-    fn scenario(&self) -> String {
-        let Self { crafts, strategy, rate_per_s, .. } = self;
-        let parts = self.parts();
-        let duration_s = f64::from(self.seconds) / f64::from(parts);
-        let mut text = format!(
-            "name = \"soak\"\n[fleet]\ncrafts = {crafts}\ncores = 2\n[topology]\ntree = \"binary\"\n\
-             [network]\nlinking = \"shared\"\ninitial = 0\nboundary-fraction = 0.5\nsharers = 2\n\
-             [replication]\nstrategies = [\"{strategy}\"]\n[trace]\nreads-per-s = 200\n\
-             [run]\nmode = \"open\"\nduration-s = {duration_s}\n"
-        );
-        for part in 1..=parts {
-            // Writing to a string cannot fail.
-            let _ = write!(text, "[[load]]\nname = \"{part}\"\nrate-per-s = {rate_per_s}\n");
-        }
-        text
-    }
 }
 
 /// The scenario's file, removed on drop.
@@ -157,31 +144,5 @@ impl ScenarioFile {
 impl Drop for ScenarioFile {
     fn drop(&mut self) {
         let _gone_already = std::fs::remove_file(&self.0);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Soak;
-    use orchestrator::scenario::load_text;
-
-    #[test]
-    fn the_scenario_is_one_and_its_parts_add_up() {
-        for (seconds, parts) in [(60, 6), (3600, 60), (4 * 3600, 100)] {
-            let soak = Soak {
-                slateswarm: "slateswarm".into(),
-                crafts: 10,
-                seconds,
-                rate_per_s: 2000,
-                strategy: "boundary".to_owned(),
-                set: Vec::new(),
-                out: "runs".into(),
-            };
-            let scenario = load_text("soak", &soak.scenario(), &[]).unwrap();
-            assert_eq!(scenario.craft_count(), 10);
-            assert_eq!(scenario.scenario().load.len(), parts);
-            let each = scenario.scenario().run.duration_s.unwrap();
-            assert!((each * parts as f64 - f64::from(seconds)).abs() < 1e-6);
-        }
     }
 }

@@ -32,6 +32,8 @@ pub struct Cost {
 /// Everything at one time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Look {
+    /// Of the orchestrator.
+    pub orchestrator: Cost,
     /// By craft and life.
     pub crafts: BTreeMap<(CraftId, Incarnation), Cost>,
     /// Files of the run in shared memory: below its root, and segments of iceoryx2.
@@ -67,10 +69,7 @@ impl Watch {
     pub fn until_end(&self, every_ms: u64) -> io::Result<Looks> {
         let mut looks = Vec::new();
         while !self.ends_within(every_ms)? {
-            let look = self.look()?;
-            if !look.crafts.is_empty() {
-                looks.push(look);
-            }
+            looks.extend(self.look()?.filter(|look| !look.crafts.is_empty()));
         }
         Ok(looks)
     }
@@ -86,8 +85,11 @@ impl Watch {
         }
     }
 
-    fn look(&self) -> io::Result<Look> {
-        let mut look = Look::default();
+    /// What is seen now; nothing if the orchestrator has gone.
+    fn look(&self) -> io::Result<Option<Look>> {
+        let own = Path::new("/proc").join(self.orchestrator.to_string());
+        let Some(orchestrator) = cost_of(&own) else { return Ok(None) };
+        let mut look = Look { orchestrator, ..Look::default() };
         let mut paths = None;
         for entry in std::fs::read_dir("/proc")?.flatten() {
             let process = entry.path();
@@ -103,7 +105,7 @@ impl Watch {
         if let Some(paths) = paths {
             (look.shared_files, look.shared_bytes) = size_of_run(&paths)?;
         }
-        Ok(look)
+        Ok(Some(look))
     }
 }
 
