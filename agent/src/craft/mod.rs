@@ -60,6 +60,9 @@ enum Role {
 pub struct Craft {
     craft: CraftId,
     epoch: u32,
+    /// Samples of epochs before this one are missed by nobody: those epochs were given up, or are of
+    /// an earlier life.
+    counts_from: u32,
     role: Role,
     counting: Counting,
     /// Copies of one sample that reach others, in this epoch: all others for a multicast.
@@ -87,6 +90,7 @@ impl Craft {
         Self {
             craft,
             epoch: u32::MAX,
+            counts_from: 0,
             role: Role::Absent,
             counting: Counting::default(),
             copies: 1,
@@ -111,6 +115,7 @@ impl Craft {
     /// played before [`Self::go`].
     pub fn begin_epoch(&mut self, spec: &EpochSpec, fleet: &FleetView<'_>) {
         self.epoch = spec.epoch;
+        self.counts_from = self.counts_from.min(spec.epoch);
         self.counting.begin_epoch(spec, fleet.boards.len() + 1);
         let others = u64::from(fleet.craft_count()).saturating_sub(1);
         self.copies = if spec.strategy.multicasts() { others } else { 1 };
@@ -238,7 +243,7 @@ impl Craft {
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
         if header.epoch != self.epoch {
-            self.count_late(class);
+            self.count_late(class, header.epoch);
             return Ok(());
         }
         if let Some(recovery) = &mut self.recovery {

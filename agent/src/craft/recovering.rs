@@ -37,6 +37,7 @@ impl Craft {
         assert!(incarnation <= LIVES_MAX, "invariant: lives are counted and bounded");
         self.life = incarnation;
         self.epoch = u32::MAX;
+        self.counts_from = if incarnation > 0 { u32::MAX } else { 0 };
         self.role = Role::Absent;
         self.recovery = None;
     }
@@ -201,10 +202,16 @@ impl Craft {
         }
     }
 
-    /// Counts a sample of another epoch. A repeat or a receipt that comes so late was not needed any more.
-    pub(super) fn count_late(&mut self, class: Class) {
+    /// The epoch ends before it is over: somebody died. What of it is still under way is no loss.
+    pub fn abandon_epoch(&mut self) {
+        self.counts_from = self.epoch.saturating_add(1);
+    }
+
+    /// Counts a sample of `epoch`, which is not the present one. A repeat or a receipt that comes so late
+    /// was not needed any more, nor is anything of an epoch that was given up.
+    pub(super) fn count_late(&mut self, class: Class, epoch: u32) {
         let counters = &mut self.counting.counters;
-        if matches!(class, Class::Repair | Class::Ack) {
+        if matches!(class, Class::Repair | Class::Ack) || epoch < self.counts_from {
             counters.recovered.stale += 1;
         } else {
             counters.losses.late += 1;

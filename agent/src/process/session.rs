@@ -213,7 +213,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
                     }
                     Order::Go(started, joins) => self.go(started, joins, fleet),
                     Order::Tally(question) => self.answer_tally(question)?,
-                    Order::Report => self.report()?,
+                    Order::Report => self.end_epoch()?,
                     Order::Membership(change) => self.member_changed(change, Some(fleet))?,
                     Order::Stop => return Ok(Served::Stop),
                 }

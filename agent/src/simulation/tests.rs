@@ -4,6 +4,7 @@
 //! crafts, so that they reach what the published experiment does not.
 
 use super::{SimulatedTrial, Simulation, SimulationError};
+use crate::craft::{Craft, Outbox};
 use crate::lockstep::Outcome;
 use crate::replication::{Context, Plans, Strategy, strategy};
 use shared_types::ids::CraftId;
@@ -12,7 +13,7 @@ use shared_types::rng::{Purpose, Stream};
 use shared_types::transport::Peers;
 use shared_types::transport::link::Lossy;
 use shared_types::transport::memory::MemoryOptions;
-use shared_types::wire::{Class, EpochSpec, RecoverySpec, StrategyKind, TrialReport};
+use shared_types::wire::{Class, EpochSpec, Header, Kind, RecoverySpec, StrategyKind, TrialReport};
 
 /// Strategies that replicate; `null` does not agree with anybody.
 const REPLICATING: [StrategyKind; 8] = [
@@ -315,4 +316,31 @@ fn recovery_changes_no_count_where_nothing_is_lost() {
             assert_eq!(one.counters.losses, other.counters.losses, "{kind}");
         }
     }
+}
+
+#[test]
+fn what_comes_late_is_a_loss_unless_its_epoch_was_given_up_or_is_of_an_earlier_life() {
+    let network = mission(3, 1);
+    let at = |epoch| EpochSpec { epoch, ..spec(StrategyKind::Full, 1) };
+    let late_and_stale = |is_given_up: bool, life: u32| {
+        let mut craft = Craft::new(CraftId(0)).with_life(life);
+        if life == 0 {
+            craft.begin_epoch(&at(4), &network.view());
+            if is_given_up {
+                craft.abandon_epoch();
+            }
+        }
+        craft.begin_epoch(&at(5), &network.view());
+        let mut header = Header::new(Class::Replication, Kind::Delta);
+        (header.source, header.epoch) = (1, 4);
+        let out = &mut Outbox::default();
+        let taken =
+            craft.receive(Class::Replication, Kind::Delta, &header, &[], &network.view(), out);
+        taken.expect("counted and otherwise ignored");
+        let counters = craft.report().counters;
+        (counters.losses.late, counters.recovered.stale)
+    };
+    assert_eq!(late_and_stale(false, 0), (1, 0));
+    assert_eq!(late_and_stale(true, 0), (0, 1));
+    assert_eq!(late_and_stale(false, 2), (0, 1));
 }

@@ -151,7 +151,8 @@ pub struct Recovered {
     pub learnt: u64,
     /// Questions for a state that stayed without an answer.
     pub states_missed: u64,
-    /// Samples of a process that lived no more, or for one that had ended its conversation.
+    /// Samples of a process that lived no more, of an epoch that was given up, or for a process that
+    /// had ended its conversation.
     pub stale: u64,
 }
 

@@ -179,6 +179,15 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         self.tell_with(header, tally.as_bytes())
     }
 
+    /// The orchestrator says that the epoch is over. In lockstep everybody knows when it is: who must be
+    /// told so gives it up.
+    pub(super) fn end_epoch(&mut self) -> Result<(), SessionError> {
+        if self.interval.is_none() && !self.has_reported {
+            self.craft.abandon_epoch();
+        }
+        self.report()
+    }
+
     /// Adds what the kernel says of the interval, in open mode.
     pub(super) fn add_interval(&self, report: &mut TrialReport) {
         let Some(interval) = &self.interval else { return };
