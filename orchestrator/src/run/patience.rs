@@ -1,27 +1,29 @@
 //! How long the orchestrator waits for its crafts.
 //!
-//! A stopped process is paused and not dead, so the time in which one is stopped does not count. Whether
-//! one is, is asked a few times within the limit only: the answer takes a look into /proc for every
-//! craft. Not here: the waiting itself, which must wake up for these looks (`fleet`).
+//! A limit is counted in looks, of which each stands for a part of it. So time in which the orchestrator
+//! did not run itself, on a host that was frozen or overloaded, counts as one look at most: nobody else
+//! may have run either. And a stopped process is paused and not dead: a look at which one is stopped
+//! begins the count anew. It takes a look into /proc for every craft, so looks are few. Not here: the
+//! waiting itself, which must wake up for them (`fleet`).
 
 use shared_types::time::Nanos;
 
-/// Looks for stopped processes within the limit. One that is continued shortly before the limit has
-/// counted for less than two of these parts.
-const LOOKS: u64 = 8;
+/// Looks within the limit.
+const LOOKS: u32 = 8;
 
 /// One wait and its limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patience {
-    limit_ns: u64,
-    began: Nanos,
+    part_ns: u64,
+    looks_left: u32,
     next_look: Nanos,
 }
 
 impl Patience {
     /// A wait of at most `limit_ns` from `now` on.
     pub(super) fn new(limit_ns: u64, now: Nanos) -> Self {
-        Self { limit_ns, began: now, next_look: now.plus(limit_ns / LOOKS) }
+        let part_ns = limit_ns / u64::from(LOOKS);
+        Self { part_ns, looks_left: LOOKS, next_look: now.plus(part_ns) }
     }
 
     /// When whoever waits must look up at the latest.
@@ -31,14 +33,11 @@ impl Patience {
 
     /// Whether the wait has lasted too long at `now`.
     pub(super) fn is_over(&mut self, now: Nanos, is_paused: impl FnOnce() -> bool) -> bool {
-        if now < self.next_look {
-            return false;
+        if now >= self.next_look {
+            self.next_look = now.plus(self.part_ns);
+            self.looks_left = if is_paused() { LOOKS } else { self.looks_left.saturating_sub(1) };
         }
-        if is_paused() {
-            self.began = now;
-        }
-        self.next_look = now.plus(self.limit_ns / LOOKS);
-        now.since(self.began) >= self.limit_ns
+        self.looks_left == 0
     }
 }
 
@@ -46,17 +45,20 @@ impl Patience {
 mod tests {
     use super::{LOOKS, Nanos, Patience};
 
-    #[test]
-    fn it_ends_with_its_limit_and_looks_up_before() {
-        let mut patience = Patience::new(800, Nanos(1000));
-        let mut looks = 0;
-        let mut now = Nanos(1000);
+    /// How long `patience` lasts from `now` on for somebody who looks when he must.
+    fn lasts(mut patience: Patience, began: Nanos) -> (u64, u32) {
+        let (mut now, mut looks) = (began, 0);
         while !patience.is_over(now, || false) {
             assert!(patience.next_look() > now, "a sleep until then would not end");
             now = patience.next_look();
             looks += 1;
         }
-        assert_eq!((now, looks), (Nanos(1800), LOOKS));
+        (now.since(began), looks)
+    }
+
+    #[test]
+    fn it_ends_with_its_limit_and_looks_up_before() {
+        assert_eq!(lasts(Patience::new(800, Nanos(1000)), Nanos(1000)), (800, LOOKS));
     }
 
     #[test]
@@ -65,9 +67,14 @@ mod tests {
         for now in (0..100_000).step_by(100) {
             assert!(!patience.is_over(Nanos(now), || true));
         }
-        let continued = 99_900;
-        assert!(!patience.is_over(Nanos(continued + 799), || false));
-        assert!(patience.is_over(Nanos(continued + 900), || false));
+        assert_eq!(lasts(patience, Nanos(99_900)), (800, LOOKS));
+    }
+
+    #[test]
+    fn time_in_which_the_host_stood_still_does_not_count() {
+        let mut patience = Patience::new(800, Nanos(0));
+        assert!(!patience.is_over(Nanos(1_000_000), || false));
+        assert_eq!(lasts(patience, Nanos(1_000_000)), (700, LOOKS - 1));
     }
 
     #[test]
