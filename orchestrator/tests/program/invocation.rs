@@ -1,7 +1,7 @@
 //! One invocation of the executable: where it keeps its files, what it runs, how it ended, and whether
 //! anything of it is left.
 
-use crate::shared::{machine_wide_lock, temporary_base, until};
+use crate::shared::{machine_wide_lock, temporary_base, until, until_else};
 use agent::process::startup::AgentArguments;
 use orchestrator::results::event::Event;
 use orchestrator::results::read::{RunData, read_run};
@@ -219,7 +219,9 @@ impl Invocation {
     /// Waits for its end, within bounds.
     pub(crate) fn finish(mut self) -> Finished {
         let line = self.line.clone();
-        let status = until(&format!("the end of {line}"), || self.child.try_wait().unwrap());
+        let pid = self.pid();
+        let ended = || self.child.try_wait().unwrap();
+        let status = until_else(ended, || format!("the end of {line}\n{}", group_of(pid)));
         let read = |path| String::from_utf8(std::fs::read(path).unwrap()).unwrap();
         Finished { line, status, stdout: read(&self.stdout), stderr: read(&self.stderr) }
     }
@@ -282,6 +284,22 @@ impl RunsSeen {
     pub(crate) fn paths(&self, place: &Place) -> Vec<RunPaths> {
         self.0.iter().map(|&run| RunPaths::below(place.base(), run)).collect()
     }
+}
+
+/// What the processes of group `group` are doing, a line each: for failures that do not come again.
+fn group_of(group: u32) -> String {
+    let mut all = String::new();
+    for entry in std::fs::read_dir("/proc").unwrap().flatten() {
+        let read = |file| std::fs::read_to_string(entry.path().join(file)).unwrap_or_default();
+        let stat = read("stat");
+        // Behind the name, which may hold anything: state, parent, group.
+        let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split(' ').collect();
+        if fields.get(3) == Some(&group.to_string().as_str()) {
+            let (words, waits) = (read("cmdline").replace('\0', " "), read("wchan"));
+            all.push_str(&format!("{stat} waits in {waits}: {words}\n", stat = stat.trim()));
+        }
+    }
+    all
 }
 
 fn send(pid: u32, signal: Signal) {

@@ -23,19 +23,21 @@ pub(crate) fn temporary_base() -> tempfile::TempDir {
 
 /// Looks every millisecond whether `happened` says something; fails after [`LOOKS_MAX`] looks.
 pub(crate) fn until<T>(what: &str, happened: impl FnMut() -> Option<T>) -> T {
-    within_patience(happened).unwrap_or_else(|| panic!("waited in vain: {what}"))
+    until_else(happened, || what.to_owned())
 }
 
-/// The same, without a word about what it waited for.
-pub(crate) fn within_patience<T>(mut happened: impl FnMut() -> Option<T>) -> Option<T> {
+/// The same for what takes a look to be told.
+pub(crate) fn until_else<T>(
+    mut happened: impl FnMut() -> Option<T>,
+    what: impl FnOnce() -> String,
+) -> T {
     for _ in 0..LOOKS_MAX {
-        let result = happened();
-        if result.is_some() {
+        if let Some(result) = happened() {
             return result;
         }
         poll(&mut [], Some(&Timespec { tv_sec: 0, tv_nsec: 1_000_000 })).expect("sleep");
     }
-    None
+    panic!("waited in vain: {}", what())
 }
 
 /// Whether process `pid` runs no longer; one that nobody has reaped yet does not.

@@ -10,6 +10,7 @@ use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, Path as IceoryxPath, SemanticString};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Where Linux keeps POSIX shared memory.
 pub const SHM: &str = "/dev/shm";
@@ -112,6 +113,7 @@ impl RunPaths {
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
+        config.global.creation_timeout = CREATION_PATIENCE;
         Ok(config)
     }
 
@@ -151,6 +153,11 @@ impl RunPaths {
 }
 
 const SHORT_NAME_BYTES: usize = 8;
+
+/// How long a process waits for another that is making what both share. Whoever stops waiting is never
+/// connected, so it is long: making takes microseconds of a host that lets the other run, and what the
+/// dead did not finish is swept meanwhile.
+const CREATION_PATIENCE: Duration = Duration::from_secs(5);
 
 /// The base of this user's runs when nothing overrides it.
 fn default_base() -> PathBuf {
