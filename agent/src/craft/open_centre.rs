@@ -4,9 +4,9 @@
 //! arrives; for each of those boards' clients it waits for their next request and rides on the reply.
 //! Not here: the client's side (`open_client`), and the centre of lockstep.
 
-use super::open_client::{ALL_IS_SAID, MORE_IS_NEW, WRITES_NO_MORE, is_behind, news, versions};
+use super::open_client::{ALL_IS_SAID, MORE_IS_NEW, WRITES_NO_MORE, newer_than, news, versions};
 use super::outbox::{Counting, Outbox, header};
-use super::recovery::Authors;
+use super::recovery::{Authors, Evidence};
 use super::schedule::Schedule;
 use crate::blackboard::{Blackboard, Merged};
 use crate::metrics::Measured;
@@ -186,9 +186,9 @@ impl OpenCentre {
         out.extend(versions(&self.seats[client.index()].board, facts));
     }
 
-    /// Whether `client` knows something newer of its board than this centre.
-    pub(super) fn is_behind(&self, client: CraftId, known: &[Change]) -> bool {
-        self.seats.get(client.index()).is_some_and(|seat| is_behind(&seat.board, known))
+    /// What `client` knows of its board that is newer than here.
+    pub(super) fn newer_at(&self, client: CraftId, known: &[Change]) -> Option<Evidence> {
+        self.seats.get(client.index()).and_then(|seat| newer_than(&seat.board, known))
     }
 
     /// What a client that knows `known` lacks of `facts`.

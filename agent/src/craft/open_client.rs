@@ -11,7 +11,7 @@
 use super::open::Applied;
 use super::outbox::{Counting, Outbox, header};
 use super::recovering::{is_news, within};
-use super::recovery::Authors;
+use super::recovery::{Authors, Evidence};
 use super::schedule::{Schedule, Seen};
 use crate::blackboard::Blackboard;
 use crate::metrics::{Measured, Way};
@@ -311,11 +311,11 @@ impl OpenClient {
     }
 }
 
-/// Whether `known` holds something newer than `board`.
-pub(super) fn is_behind(board: &Blackboard, known: &[Change]) -> bool {
-    known.iter().any(|held| {
+/// What `known` holds that is newer than `board`.
+pub(super) fn newer_than(board: &Blackboard, known: &[Change]) -> Option<Evidence> {
+    Evidence::of(known.iter().filter(|held| {
         held.fact.0 < board.fact_count() && held.version > board.state(held.fact).version
-    })
+    }))
 }
 
 /// The versions that `board` holds of `facts`.

@@ -5,6 +5,7 @@
 
 use super::open::Open;
 use super::recovering::{is_news, within};
+use super::recovery::Evidence;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{Change, FactState, FleetView, Topology};
 use std::ops::Range;
@@ -92,17 +93,18 @@ impl Open {
         }
     }
 
-    /// Whether `asker`, which says what it knows of this board's facts, knows something newer that this
+    /// What `asker`, which says what it knows of this board's facts, knows that is newer and that this
     /// board should hold as well: written by a craft whose fact reaches this board. Where links do not all
-    /// lead everywhere `asker` may rightly hold what nobody is to tell this board.
-    pub(super) fn is_behind(
+    /// lead everywhere `asker` may rightly hold what nobody is to tell this board, and a digest does not say
+    /// which of its writer's facts it is.
+    pub(super) fn newer_at(
         &self,
         asker: CraftId,
         known: &[Change],
         fleet: &FleetView<'_>,
-    ) -> bool {
+    ) -> Option<Evidence> {
         let board = fleet.board(self.craft);
-        known.iter().any(|held| {
+        Evidence::of(known.iter().filter(|held| {
             let there = (held.fact.0 < board.fact_count)
                 .then(|| board.target_on(held.fact, asker))
                 .flatten();
@@ -116,7 +118,7 @@ impl Open {
             there.is_some_and(|there| leads_back(asker, there))
                 && held.version > self.board.state(held.fact).version
                 && reaches()
-        })
+        }))
     }
 
     /// Takes over what a peer told as state; returns how much of it was news.

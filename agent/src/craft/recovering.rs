@@ -2,7 +2,7 @@
 //!
 //! Roles know what a board holds and what another one needs; [`Recovery`] knows when to ask and whom.
 
-use super::open_client::is_behind;
+use super::open_client::newer_than;
 use super::outbox::{Outbox, header};
 use super::recovery::{Question, Recovery};
 use super::{Craft, Role};
@@ -296,14 +296,14 @@ impl Craft {
             own.unwrap_or(0).max(of_asker)
         };
         let own = fleet.boards.get(self.craft.index()).map(|board| board.fact_count);
-        let is_behind = match &mut self.role {
-            Role::Open(craft) => craft.is_behind(asker, known, fleet),
+        let newer = match &mut self.role {
+            Role::Open(craft) => craft.newer_at(asker, known, fleet),
             Role::OpenClient(client) => {
                 client.stop_waiting(self.arrived);
-                is_behind(client.mirror(), known)
+                newer_than(client.mirror(), known)
             }
-            Role::OpenCentre(centre) => centre.is_behind(asker, known),
-            _ => false,
+            Role::OpenCentre(centre) => centre.newer_at(asker, known),
+            _ => None,
         };
         match &self.role {
             Role::Open(craft) => craft.tell(asker, facts, known, fleet, &mut out.changes),
@@ -314,8 +314,8 @@ impl Craft {
         header.hop_count = u16::from(end < most(own));
         if let Some(recovery) = &mut self.recovery {
             recovery.counted_mut().states += 1;
-            if is_behind {
-                recovery.ask(asker);
+            if let Some(evidence) = newer {
+                recovery.ask_on(asker, header.firing_number, evidence);
             }
         }
         self.put_state(asker, header, start, out);

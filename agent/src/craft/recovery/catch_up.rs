@@ -6,6 +6,7 @@
 use super::peer::NEVER;
 use super::{About, Recovery, Said};
 use shared_types::ids::CraftId;
+use shared_types::knowledge::Change;
 use shared_types::time::Nanos;
 use shared_types::wire::Header;
 
@@ -16,6 +17,26 @@ pub(in crate::craft) struct Question {
     pub(in crate::craft) number: u32,
     pub(in crate::craft) first_fact: u32,
 }
+
+/// What of a peer's digest was newer than the own board, as one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::craft) struct Evidence(u64);
+
+impl Evidence {
+    /// That of `newer`; `None` if there is nothing.
+    pub(in crate::craft) fn of<'a>(newer: impl Iterator<Item = &'a Change>) -> Option<Self> {
+        newer.fold(None, |all, change| {
+            let Change { fact, version, .. } = change;
+            let parts = [fact.0, version.count, version.writer.0].map(u64::from);
+            let Self(all) = all.unwrap_or(Self(FNV_OFFSET));
+            Some(Self(parts.iter().fold(all, |all, part| (all ^ part).wrapping_mul(FNV_PRIME))))
+        })
+    }
+}
+
+/// The constants of the hash FNV-1a, 64 bits.
+const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+const FNV_PRIME: u64 = 0x0000_0100_0000_01b3;
 
 impl Recovery {
     /// Whether this life still asks what it missed before it began.
@@ -41,24 +62,31 @@ impl Recovery {
             return;
         }
         for craft in self.others() {
-            self.ask_from(craft, at);
+            let _is_new = self.ask_from(craft, at);
         }
     }
 
-    /// Asks `craft`, which knows something newer, for its state.
-    pub(in crate::craft) fn ask(&mut self, craft: CraftId) {
-        self.ask_from(craft, self.now);
+    /// Asks `craft` for its state, of whose facts from `first_fact` on it has said something newer. On one and
+    /// the same `evidence` it is asked once: what did not come then is not for this board, and each
+    /// question shows the other what this one knows, so that two of them would never end.
+    pub(in crate::craft) fn ask_on(&mut self, craft: CraftId, first_fact: u32, evidence: Evidence) {
+        let last = self.evidence.get(&(craft, first_fact));
+        if last != Some(&evidence) && self.ask_from(craft, self.now) {
+            self.evidence.insert((craft, first_fact), evidence);
+        }
     }
 
-    fn ask_from(&mut self, craft: CraftId, at: Nanos) {
+    /// Begins a round with `craft` at `at`; says whether it does, or one is under way already.
+    fn ask_from(&mut self, craft: CraftId, at: Nanos) -> bool {
         let peer = &mut self.peers[craft.index()];
         if peer.is_gone || peer.pulling.is_on() {
-            return;
+            return false;
         }
         peer.pulling.start(at);
         peer.question = peer.question.wrapping_add(1);
         peer.first_fact = 0;
         self.earliest = self.earliest.min(at);
+        true
     }
 
     /// Asks everybody once things have come to rest after a change of the fleet.
@@ -116,5 +144,54 @@ impl Recovery {
             self.said.push(Said { by, life: header.incarnation, what });
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Peer;
+    use super::{CraftId, Evidence, Header, Nanos, Question, Recovery};
+    use shared_types::ids::FactId;
+    use shared_types::knowledge::{Change, Value, Version};
+    use shared_types::wire::{Class, Kind};
+
+    fn evidence(fact: u32, count: u32) -> Evidence {
+        let version = Version { count, writer: CraftId(2) };
+        let change = Change { fact: FactId(fact), value: Value::Asserted, version, altered: false };
+        Evidence::of([change].iter()).expect("one change")
+    }
+
+    /// What is asked at `at`, each question answered at once.
+    fn asked(recovery: &mut Recovery, at: u64) -> Vec<Question> {
+        let mut due = Vec::new();
+        recovery.questions(Nanos(at), &mut due);
+        for question in &due {
+            let mut answer = Header::new(Class::Repair, Kind::State);
+            (answer.source, answer.argument) = (question.to.0, question.number);
+            answer.hop_count = 0;
+            assert_eq!(recovery.take_state(&answer), None);
+        }
+        due
+    }
+
+    #[test]
+    fn on_one_evidence_a_peer_is_asked_once() {
+        let mut recovery = Recovery::new(CraftId(0));
+        recovery.peers.resize_with(3, Peer::default);
+        recovery.others = 0..2;
+        recovery.look(Nanos(10));
+        recovery.ask_on(CraftId(1), 0, evidence(4, 9));
+        // While a round is under way nothing is noted: its answer may have been on its way before.
+        recovery.ask_on(CraftId(1), 0, evidence(5, 1));
+        assert_eq!(asked(&mut recovery, 10).len(), 1);
+        recovery.ask_on(CraftId(1), 0, evidence(4, 9));
+        assert_eq!(asked(&mut recovery, 11), []);
+        recovery.ask_on(CraftId(1), 0, evidence(5, 1));
+        assert_eq!(asked(&mut recovery, 12).len(), 1);
+        // Another range of facts, or newer ones, are another evidence.
+        recovery.ask_on(CraftId(1), 64, evidence(5, 1));
+        assert_eq!(asked(&mut recovery, 13).len(), 1);
+        recovery.ask_on(CraftId(1), 0, evidence(5, 2));
+        assert_eq!(asked(&mut recovery, 14).len(), 1);
     }
 }

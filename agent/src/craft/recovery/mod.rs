@@ -18,7 +18,7 @@ mod pump;
 mod ring;
 
 pub(super) use authors::Authors;
-pub(super) use catch_up::Question;
+pub(super) use catch_up::{Evidence, Question};
 
 use peer::{NEVER, Numbers, Peer};
 use ring::Ring;
@@ -28,6 +28,7 @@ use shared_types::limits::{RECEIPT_SAMPLES, REPEATS_MAX, REPEATS_PER_RECEIPT};
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Numbered};
 use shared_types::wire::{EpochSpec, Header, Recovered, Refusal, read_receipt};
+use std::collections::BTreeMap;
 
 /// How long a process must be idle before it asks once for everybody's state, in patiences.
 const IDLE_PATIENCES: u64 = 16;
@@ -85,6 +86,8 @@ pub(super) struct Recovery {
     gone: Vec<CraftId>,
     /// Peers of whose samples something was given up since this was last asked.
     given_up: Vec<CraftId>,
+    /// On what a peer was last asked for its facts from one on.
+    evidence: BTreeMap<(CraftId, u32), Evidence>,
     counted: Recovered,
 }
 
@@ -111,6 +114,7 @@ impl Recovery {
             said: Vec::new(),
             gone: Vec::new(),
             given_up: Vec::new(),
+            evidence: BTreeMap::new(),
             counted: Recovered::default(),
         }
     }
@@ -137,6 +141,7 @@ impl Recovery {
         self.said.clear();
         self.gone.clear();
         self.given_up.clear();
+        self.evidence.clear();
         self.counted = Recovered::default();
     }
 
