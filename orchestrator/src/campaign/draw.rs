@@ -9,6 +9,9 @@ use shared_types::wire::StrategyKind;
 /// The latest instant of a random kill after a trial may begin, us.
 const INSTANT_US_MAX: u32 = 30_000;
 
+/// The same after an interval of open mode may begin, us: a bit more than its length.
+const OPEN_INSTANT_US_MAX: u32 = 320_000;
+
 /// Loans, sends and receptions that a doomed craft is let make at most before.
 const PASSES_MAX: u32 = 60;
 
@@ -94,9 +97,10 @@ impl Draws {
         self.0.below(1_000)
     }
 
-    /// An instant, ns from now.
-    pub(super) fn instant_ns(&mut self) -> u64 {
-        u64::from(self.0.below(INSTANT_US_MAX)) * 1_000
+    /// An instant, ns from now: in a trial, or somewhere in an interval of open mode.
+    pub(super) fn instant_ns(&mut self, is_open: bool) -> u64 {
+        let most_us = if is_open { OPEN_INSTANT_US_MAX } else { INSTANT_US_MAX };
+        self.delay_ns(most_us)
     }
 
     /// How long crafts are stopped, ns.

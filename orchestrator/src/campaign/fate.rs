@@ -31,6 +31,8 @@ pub(super) struct Setting {
     pub(super) size: u32,
     pub(super) strategy: StrategyKind,
     pub(super) wake: WakeMode,
+    /// Whether it plays an interval of open mode.
+    pub(super) is_open: bool,
 }
 
 impl Setting {
@@ -45,6 +47,7 @@ impl Setting {
             size: self.size,
             strategy: self.strategy,
             wake: self.wake,
+            is_open: self.is_open,
             kind,
             point: point.to_owned(),
             craft: craft.map(|craft| craft.0),

@@ -1,29 +1,29 @@
 //! A round on a fleet: its crafts are killed one after the other, some are stopped for a while, and at the
-//! end one dies while it drops its ports. After every recovery a whole trial must go as the replay says.
+//! end one dies while it drops its ports. After every recovery a whole trial must go as the replay says, or
+//! an interval of open mode must end with the boards that its strategy promises.
 //!
 //! A craft is doomed to a named point when its life is started, so kills come in pairs: a random craft at
-//! a random instant, then its successor at the point that it was doomed to.
+//! a random instant, then its successor at the point that it was doomed to. Not here: the records that are
+//! made of it (`accounts`).
 
 use super::defects;
-use super::fate::{Fate, Lives, Setting, failure_of, left_behind};
+use super::draw::Draws;
+use super::fate::{Fate, Lives, Setting, failure_of};
 use super::stage::Stage;
 use super::{Campaign, Early};
-use crate::launch::craft_process::HowEnded;
 use crate::launch::placement::Placement;
-use crate::results::faults::{Failure, FaultKind, FaultRecord, RANDOM, Step};
+use crate::outcome::Outcome;
+use crate::results::faults::{Failure, FaultKind, FaultRecord, RANDOM};
 use crate::results::store::StoreError;
 use crate::run::backend::{Backend as _, PlayError};
 use crate::run::strike::{Blow, Strike};
-use crate::run::{FleetOptions, RealFleet, Recovery};
+use crate::run::{FleetOptions, RealFleet};
 use crate::scenario::ResolvedScenario;
 use crate::supervision::restart::RestartPolicy;
 use crate::supervision::watch::CraftEnded;
 use agent::process::doom::Doom;
-use rustix::process::Signal;
 use shared_types::ids::CraftId;
-use shared_types::time::Nanos;
 use shared_types::transport::clock;
-use shared_types::transport::reclaim::left_of_the_dead;
 use std::collections::BTreeMap;
 
 /// Draws of crafts that are doomed when the fleet is started; with the one at the end they make named kills
@@ -47,18 +47,18 @@ const POLICY: RestartPolicy = RestartPolicy { limit: 24, window_ns: u64::MAX, pa
 const TURN_LIMIT_NS: u64 = 5_000_000_000;
 
 /// A fleet in whose round something is to happen.
-struct Round<'a> {
-    setting: Setting,
-    fleet: RealFleet<'a>,
-    stage: Stage<'a>,
-    lives: Lives,
-    records: Vec<FaultRecord>,
+pub(super) struct Round<'a> {
+    pub(super) setting: Setting,
+    pub(super) fleet: RealFleet<'a>,
+    pub(super) stage: Stage<'a>,
+    pub(super) lives: Lives,
+    pub(super) records: Vec<FaultRecord>,
     /// After whose death files are planted, and the number of its process.
     to_plant: Option<(CraftId, u32, u32)>,
 }
 
 /// Why a round ends before its plan does.
-enum Cut {
+pub(super) enum Cut {
     /// Somebody asked for it, or the time is up.
     Asked(PlayError),
     /// The fleet did not do what is promised; it is told in the last record.
@@ -66,16 +66,28 @@ enum Cut {
 }
 
 impl Campaign<'_> {
-    /// Plays a round on a fresh fleet.
+    /// Plays a round on a fresh fleet: intervals of open mode if `is_open` and the strategy plays them, else
+    /// trials.
     pub(super) fn round_on_fleet(
         &mut self,
         scenario: &ResolvedScenario,
+        is_open: bool,
     ) -> Result<Early, StoreError> {
         let strategy = self.draws.strategy(scenario.strategies());
         let size = scenario.craft_count();
         let processes = size + u32::from(strategy.has_centre());
-        let setting = Setting { size, strategy, wake: self.draws.wake() };
-        let stage = Stage::new(scenario, strategy, self.draws.trial());
+        let is_open = is_open && strategy.plays_traces();
+        let setting = Setting { size, strategy, wake: self.draws.wake(), is_open };
+        let stage = match Stage::new(scenario, strategy, self.draws.trial(), is_open) {
+            Ok(stage) => stage,
+            Err(error) => {
+                let mut record = setting.record(FaultKind::KillCraft, "before any fault", None);
+                record.took_effect = false;
+                record.failures.push((Failure::Hang, error.to_string()));
+                self.keep(record)?;
+                return Ok(Some(Outcome::Broken));
+            }
+        };
         let dooms: BTreeMap<CraftId, Doom> = (0..DOOMED_AT_LAUNCH)
             .map(|_| (self.draws.process(processes), self.draws.doom()))
             .collect();
@@ -110,26 +122,7 @@ impl Campaign<'_> {
         let lives: Lives =
             dooms.into_iter().map(|(victim, doom)| ((victim, 0), Fate::Doomed(doom))).collect();
         let mut round = Round { setting, fleet, stage, lives, records: Vec::new(), to_plant: None };
-        let draws = &mut self.draws;
-        let mut cut = round.settle().err();
-        for _ in 0..PLANTINGS_MAX {
-            if cut.is_some() || round.has_planted() {
-                break;
-            }
-            cut = round.kill_and_plant(draws.process(processes), draws.instant_ns()).err();
-        }
-        for pair in 0..PAIRS_PER_FLEET {
-            if cut.is_some() {
-                break;
-            }
-            let is_last = pair + 1 == PAIRS_PER_FLEET;
-            let next = if is_last { draws.last_doom() } else { draws.doom() };
-            cut = round.kill_pair(draws.process(processes), draws.instant_ns(), next).err();
-            if cut.is_none() && pair == 1 {
-                let (stopped, begins) = (draws.up_to_half(processes), draws.instant_ns());
-                cut = round.pause(&stopped, begins, draws.pause_ns()).err();
-            }
-        }
+        let cut = round.play(&mut self.draws, processes);
         let is_asked = matches!(cut, Some(Cut::Asked(_)));
         let records = round.end(is_asked);
         for record in records {
@@ -143,6 +136,34 @@ impl Campaign<'_> {
 }
 
 impl Round<'_> {
+    /// Kills and stops what `draws` say of `processes` processes; says why, if the round ends before.
+    fn play(&mut self, draws: &mut Draws, processes: u32) -> Option<Cut> {
+        let is_open = self.setting.is_open;
+        let mut cut = self.settle().err();
+        // In an interval the janitor comes by itself: there is no time to plant anything.
+        let plantings = if is_open { 0 } else { PLANTINGS_MAX };
+        for _ in 0..plantings {
+            if cut.is_some() || self.has_planted() {
+                break;
+            }
+            cut = self.kill_and_plant(draws.process(processes), draws.instant_ns(is_open)).err();
+        }
+        for pair in 0..PAIRS_PER_FLEET {
+            if cut.is_some() {
+                break;
+            }
+            let is_last = pair + 1 == PAIRS_PER_FLEET;
+            let next = if is_last { draws.last_doom() } else { draws.doom() };
+            let (victim, instant_ns) = (draws.process(processes), draws.instant_ns(is_open));
+            cut = self.kill_pair(victim, instant_ns, next).err();
+            if cut.is_none() && pair == 1 {
+                let (stopped, begins) = (draws.up_to_half(processes), draws.instant_ns(is_open));
+                cut = self.pause(&stopped, begins, draws.pause_ns()).err();
+            }
+        }
+        cut
+    }
+
     /// Kills `victim` at an instant, and plants what a kill at a rare moment leaves before the janitor comes.
     fn kill_and_plant(&mut self, victim: CraftId, instant_ns: u64) -> Result<(), Cut> {
         let life = self.fleet.incarnation(victim).0;
@@ -268,124 +289,5 @@ impl Round<'_> {
         record.took_effect = continued.filter(|blow| blow.was_stopped).count() == who.len();
         self.records.push(record);
         Ok(())
-    }
-
-    /// What followed a death.
-    fn record_of(&mut self, recovery: &Recovery) -> FaultRecord {
-        let CraftEnded { craft, incarnation, how, said } = &recovery.ended;
-        let planned = self.lives.remove(&(*craft, incarnation.0));
-        let doomed = Doom::died_at(said).map(Nanos);
-        let struck = self.fleet.take_struck();
-        let struck = struck
-            .iter()
-            .find(|blow| blow.strike.craft == *craft && blow.strike.blow == Blow::Kill)
-            .map(|blow| blow.at);
-        // A life that was to die by itself may have been struck before, or the other way round.
-        let is_sure = doomed.is_some() || matches!(planned, Some(Fate::Planted));
-        let fate = planned.filter(|_| is_sure).unwrap_or(Fate::Struck);
-        let mut record = self.setting.of_fate(fate, *craft);
-        let killed = doomed.or(struck);
-        let is_killed = *how == HowEnded::Killed(Signal::KILL.as_raw());
-        record.took_effect = is_killed && killed.is_some();
-        if !record.took_effect {
-            record.failures.push((Failure::Restart, format!("craft {craft} ended: {how}: {said}")));
-        }
-        match recovery.reclaimed.as_ref().map(|reclaimed| &reclaimed.result) {
-            Some(Ok(removed)) if removed.refusals == 0 => {}
-            Some(Ok(removed)) => record.failures.push((
-                Failure::CleanUp,
-                format!("iceoryx2 could not clean up in {} attempts", removed.refusals),
-            )),
-            Some(Err(error)) => record.failures.push((Failure::CleanUp, error.to_string())),
-            None => record.failures.push((Failure::CleanUp, "the janitor never came".to_owned())),
-        }
-        let steps = [
-            (Step::Noticed, Some(recovery.noticed)),
-            (Step::Reclaimed, recovery.reclaimed.as_ref().map(|reclaimed| reclaimed.done)),
-            (Step::Known, recovery.known),
-            (Step::Restarted, recovery.ready),
-            (Step::CaughtUp, recovery.rejoined),
-        ];
-        if let Some(killed) = killed {
-            let times = steps.into_iter().filter_map(|(step, at)| Some((step, at?.since(killed))));
-            record.times_ns = times.collect();
-        }
-        record
-    }
-
-    /// Looks what is there of the dead, at a time at which nobody can have died unnoticed.
-    fn look_for_remains(&mut self) {
-        let remains = match left_of_the_dead(self.fleet.paths()) {
-            Ok(files) if files.is_empty() => return,
-            Ok(files) => format!("{files:?}"),
-            Err(error) => error.to_string(),
-        };
-        self.blame(vec![(Failure::Left, remains)]);
-    }
-
-    /// Puts what a trial broke down to the last fault.
-    fn blame(&mut self, failures: Vec<(Failure, String)>) {
-        if failures.is_empty() {
-            return;
-        }
-        if self.records.is_empty() {
-            let record = self.setting.record(FaultKind::KillCraft, "before any fault", None);
-            self.records.push(FaultRecord { took_effect: false, ..record });
-        }
-        if let Some(last) = self.records.last_mut() {
-            last.failures.extend(failures);
-        }
-    }
-
-    /// The round is over, because of `error`.
-    fn cut(&mut self, error: PlayError, lost: &[CraftEnded]) -> Cut {
-        if matches!(error, PlayError::Stopped(_) | PlayError::TimeLimit) {
-            return Cut::Asked(error);
-        }
-        let craft = lost.first().map(|ended| ended.craft);
-        let mut record = self.setting.record(FaultKind::KillCraft, RANDOM, craft);
-        if let Some(fate) =
-            lost.first().and_then(|ended| self.lives.remove(&(ended.craft, ended.incarnation.0)))
-        {
-            record = self.setting.of_fate(fate, lost[0].craft);
-        }
-        record.failures.push(failure_of(&error));
-        self.records.push(record);
-        Cut::Failed
-    }
-
-    /// Ends the fleet, looks what is left of it, and returns all records of the round. Where somebody
-    /// asked for the end, crafts may be stopped in the middle of a pause: these cannot end by themselves.
-    fn end(self, is_asked: bool) -> Vec<FaultRecord> {
-        let Self { setting, mut fleet, lives, mut records, .. } = self;
-        let (paths, processes) = (fleet.paths().clone(), fleet.process_ids());
-        fleet.take_recoveries(true);
-        let end = fleet.end();
-        let mut failures = Vec::new();
-        failures.extend(end.trouble.into_iter().map(|what| (Failure::CleanUp, what)));
-        let killed = end.report.killed.iter().filter(|_| !is_asked);
-        failures.extend(killed.map(|craft| {
-            (Failure::Hang, format!("craft {craft} did not end by itself and was killed"))
-        }));
-        failures.extend(left_behind(&paths, &processes));
-        for ((craft, life), fate) in lives {
-            let mut record = setting.of_fate(fate, craft);
-            let ended = end
-                .report
-                .ended
-                .iter()
-                .find(|ended| (ended.craft, ended.incarnation.0) == (craft, life));
-            let died = ended.and_then(|ended| Doom::died_at(&ended.said));
-            record.took_effect = died.is_some();
-            record.failures.append(&mut failures);
-            records.push(record);
-        }
-        if !failures.is_empty() {
-            let mut record = setting.record(FaultKind::KillCraft, "end of the fleet", None);
-            record.took_effect = false;
-            record.failures = failures;
-            records.push(record);
-        }
-        records
     }
 }

@@ -3,16 +3,19 @@
 //!
 //! A campaign is a row of rounds. A round on a fleet (`fleets`) kills crafts of one living fleet, at named
 //! points and at instants that were drawn, once with what kills at rare moments leave planted beside it
-//! (`defects`), stops some for a while, and ends the fleet; a round on an
+//! (`defects`), stops some for a while, and ends the fleet, which plays trials or intervals of open mode
+//! (`stage`, `interval`) meanwhile; a round on an
 //! orchestrator (`orchestrators`) starts the executable, kills it, and cleans. What is done to whom is
 //! drawn from the seed (`draw`); the instants at which it happens are the host's. Every fault becomes one
 //! record, kept at the end of its round. Not here: the mechanisms (`run::recovery`,
 //! `run::strike`, the janitor), and figures (`results::faults`).
 
+mod accounts;
 mod defects;
 mod draw;
 mod fate;
 mod fleets;
+mod interval;
 mod orchestrators;
 mod stage;
 
@@ -114,9 +117,12 @@ impl<'a> Campaign<'a> {
     pub fn run(mut self) -> Result<Outcome, StoreError> {
         let mut round = 0;
         while self.kills < self.plan.kills {
-            let scenario = &self.plan.scenarios[round % self.plan.scenarios.len()];
+            let sizes = self.plan.scenarios.len();
+            let scenario = &self.plan.scenarios[round % sizes];
+            // Every size plays trials, then every size intervals, and so on.
+            let is_open = !(round / sizes).is_multiple_of(2);
             round += 1;
-            let mut early = self.round_on_fleet(scenario)?;
+            let mut early = self.round_on_fleet(scenario, is_open)?;
             if early.is_none() && self.kills < self.plan.kills {
                 early = self.round_on_orchestrator(scenario)?;
             }

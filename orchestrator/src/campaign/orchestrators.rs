@@ -67,6 +67,7 @@ impl Campaign<'_> {
             size,
             strategy,
             wake,
+            is_open: false,
             kind: FaultKind::KillOrchestrator,
             point: point.name().to_owned(),
             craft: None,

@@ -1,10 +1,13 @@
-//! The trial that a fleet plays over and over while its crafts die, and how it must go.
+//! What a fleet plays over and over while its crafts die, and how it must go: a trial, or an interval of
+//! open mode.
 
+use super::interval::IntervalStage;
 use crate::results::faults::Failure;
 use crate::run::RealFleet;
 use crate::run::backend::{Backend as _, PlayError};
 use crate::run::verdict::{self, Demands};
 use crate::scenario::{ResolvedScenario, compile};
+use crate::workload::TraceError;
 use agent::oracle::{Expected, Replay};
 use shared_types::knowledge::FleetNetwork;
 use shared_types::wire::{EpochSpec, StrategyKind};
@@ -12,8 +15,49 @@ use shared_types::wire::{EpochSpec, StrategyKind};
 /// Failures of one trial that are told.
 const TOLD_MAX: usize = 3;
 
+/// What is played.
+pub(super) enum Stage<'a> {
+    /// A trial: a death takes it, and the next one must go as without.
+    Trial(Box<TrialStage<'a>>),
+    /// An interval, which goes on through deaths.
+    Interval(Box<IntervalStage>),
+}
+
+impl<'a> Stage<'a> {
+    /// Trial `trial` of `scenario` under `strategy`, or the interval on its networks.
+    ///
+    /// # Errors
+    /// If the networks hold nothing that an interval could write.
+    pub(super) fn new(
+        scenario: &'a ResolvedScenario,
+        strategy: StrategyKind,
+        trial: u32,
+        is_interval: bool,
+    ) -> Result<Self, TraceError> {
+        Ok(if is_interval {
+            Self::Interval(Box::new(IntervalStage::new(scenario, strategy, trial)?))
+        } else {
+            Self::Trial(Box::new(TrialStage::new(scenario, strategy, trial)))
+        })
+    }
+
+    /// Plays it once more; says what was not as it must be.
+    ///
+    /// # Errors
+    /// If it does not come to its end.
+    pub(super) fn play(
+        &mut self,
+        fleet: &mut RealFleet<'_>,
+    ) -> Result<Vec<(Failure, String)>, PlayError> {
+        match self {
+            Self::Trial(trial) => trial.play(fleet),
+            Self::Interval(interval) => interval.play(fleet),
+        }
+    }
+}
+
 /// A trial, its networks and its replay.
-pub(super) struct Stage<'a> {
+pub(super) struct TrialStage<'a> {
     scenario: &'a ResolvedScenario,
     network: FleetNetwork,
     replay: Replay,
@@ -22,9 +66,8 @@ pub(super) struct Stage<'a> {
     spec: EpochSpec,
 }
 
-impl<'a> Stage<'a> {
-    /// Trial `trial` of `scenario` under `strategy`.
-    pub(super) fn new(scenario: &'a ResolvedScenario, strategy: StrategyKind, trial: u32) -> Self {
+impl<'a> TrialStage<'a> {
+    fn new(scenario: &'a ResolvedScenario, strategy: StrategyKind, trial: u32) -> Self {
         let seed = scenario.scenario().run.seed;
         let spec = EpochSpec { seed, ..scenario.epoch_spec(strategy, trial) };
         let mut network = FleetNetwork::default();
@@ -35,14 +78,7 @@ impl<'a> Stage<'a> {
         Self { scenario, network, replay, expected, spec }
     }
 
-    /// Plays the trial once more; says what was not as it must be.
-    ///
-    /// # Errors
-    /// If the trial does not come to its end.
-    pub(super) fn play(
-        &mut self,
-        fleet: &mut RealFleet<'_>,
-    ) -> Result<Vec<(Failure, String)>, PlayError> {
+    fn play(&mut self, fleet: &mut RealFleet<'_>) -> Result<Vec<(Failure, String)>, PlayError> {
         let spec = self.spec.clone();
         self.spec.epoch += 1;
         let played = fleet.play(&spec, &self.network)?;

@@ -228,7 +228,9 @@ fn legend(figures: &CampaignFigures) -> String {
             "recovery  ",
             "noticed: reaped by the supervisor; reclaimed: its places and files are free (aged: after \
              what kills leave at rare moments was planted, of which one file must be 200 ms old); known: all \
-             others have given the trial up; restarted: the successor is up; caught-up: it is \
-             connected in the next trial. Of an orchestrator: reaped, and cleaned",
+             others have given the trial up; restarted: the successor is up; rejoined: it is connected \
+             in the next trial, or in the interval under way. Of intervals, by the crafts' clocks: \
+             peers-noticed: the last of them heard; caught-up: it knows all that it missed. Of an \
+             orchestrator: reaped, and cleaned",
         )
 }

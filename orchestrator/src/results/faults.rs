@@ -78,29 +78,42 @@ impl Failure {
 pub enum Step {
     /// The supervisor has reaped the process.
     Noticed,
+    /// The last of those who live has heard of it, by its own clock; in open mode.
+    PeersNoticed,
     /// What it held is freed and removed.
     Reclaimed,
-    /// Everybody who lives knows and has given the trial up.
+    /// Everybody who lives knows and has given the trial up; in open mode: has been told.
     Known,
     /// The successor's process is up.
     Restarted,
-    /// The successor is connected in the next trial.
+    /// The successor is connected in the next trial; in open mode: in the interval under way.
+    Rejoined,
+    /// The successor has everything that its predecessor had and that came since; in open mode.
     CaughtUp,
 }
 
 impl Step {
     /// All of them, in their order.
-    pub const ALL: [Self; 5] =
-        [Self::Noticed, Self::Reclaimed, Self::Known, Self::Restarted, Self::CaughtUp];
+    pub const ALL: [Self; 7] = [
+        Self::Noticed,
+        Self::PeersNoticed,
+        Self::Reclaimed,
+        Self::Known,
+        Self::Restarted,
+        Self::Rejoined,
+        Self::CaughtUp,
+    ];
 
     /// The name in tables and files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Noticed => "noticed",
+            Self::PeersNoticed => "peers-noticed",
             Self::Reclaimed => "reclaimed",
             Self::Known => "known",
             Self::Restarted => "restarted",
+            Self::Rejoined => "rejoined",
             Self::CaughtUp => "caught-up",
         }
     }
@@ -117,6 +130,9 @@ pub struct FaultRecord {
     pub strategy: StrategyKind,
     /// How its processes waited.
     pub wake: WakeMode,
+    /// Whether it played an interval of open mode; else trials.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_open: bool,
     /// What was done.
     pub kind: FaultKind,
     /// Where: the name of a point, or `random`.
@@ -275,6 +291,7 @@ mod tests {
             size,
             strategy: StrategyKind::Full,
             wake: WakeMode::Poll,
+            is_open: false,
             kind: FaultKind::KillCraft,
             point: point.to_owned(),
             craft: Some(1),

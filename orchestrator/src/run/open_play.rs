@@ -40,6 +40,9 @@ const QUIET_GRACE_EXCHANGES: u64 = 3;
 /// has much to ask for.
 const QUIET_GRACE_PATIENCES: u64 = 2_000;
 
+/// An answer that takes so long comes from somebody who was stopped, ns.
+const STOPPED_NS: u64 = 100_000_000;
+
 impl RealFleet<'_> {
     /// Plays the trace of `network` as `spec.open` says.
     pub(super) fn play_interval(
@@ -131,9 +134,10 @@ impl RealFleet<'_> {
             self.sleep(clock::now().plus(QUESTION_PAUSE_NS))?;
             let asked = clock::now();
             let total = self.ask(spec)?;
-            if spec.recovery.is_some() {
+            let waited_ns = clock::now().since(asked);
+            if spec.recovery.is_some() && waited_ns >= STOPPED_NS {
                 // Who was stopped meanwhile begins to catch up only now.
-                given_up = given_up.plus(clock::now().since(asked));
+                given_up = given_up.plus(waited_ns);
             }
             if total.left == 0 && received_before == Some(total.sent) {
                 return Ok(true);

@@ -8,7 +8,7 @@ use serde_json::Value;
 #[test]
 fn short_campaign_is_clean_and_reads_back_from_its_directory() {
     let place = Place::for_fleets();
-    let words = "campaign --kills 14 --sizes 4 --seed 3 --format json";
+    let words = "campaign --kills 20 --sizes 4 --seed 3 --format json";
     let finished = place.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
     place.assert_nothing_left(&[]);
     let results = place.results().unwrap();
@@ -19,14 +19,18 @@ fn short_campaign_is_clean_and_reads_back_from_its_directory() {
     assert!(results.faults.iter().any(|fault| fault.kind == FaultKind::KillOrchestrator));
     assert!(results.faults.iter().any(|fault| fault.point == RANDOM && fault.took_effect));
     assert!(figures.points[CRASH_DEFECTS] > 0, "what the janitor is for was planted: {figures:?}");
+    let mut killed = results.faults.iter().filter(|fault| fault.kind == FaultKind::KillCraft);
+    assert!(killed.any(|fault| fault.is_open && fault.took_effect), "in open mode, too");
     let document: Value = serde_json::from_str(&finished.stdout).unwrap();
     assert_eq!(document["timing"]["campaign"]["all"]["kills"], figures.all.kills);
     for form in ["table", "json", "csv"] {
         let again = place.run(&["report", "runs/latest", "--format", form]).expect_code(0);
         assert!(again.stdout.contains("hang"), "{again}");
     }
-    let histogram = place.files().join("runs/latest/recovery-caught-up.hgrm");
-    assert!(std::fs::read_to_string(histogram).unwrap().contains("Total count"));
+    for step in ["rejoined", "peers-noticed", "caught-up"] {
+        let histogram = place.files().join(format!("runs/latest/recovery-{step}.hgrm"));
+        assert!(std::fs::read_to_string(histogram).unwrap().contains("Total count"), "{step}");
+    }
 }
 
 /// Plays the first fleet of a campaign whose janitor lacks `step`; it must be broken by one of
