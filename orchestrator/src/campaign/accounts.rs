@@ -7,6 +7,7 @@ use crate::launch::craft_process::HowEnded;
 use crate::results::faults::{Failure, FaultKind, FaultRecord, RANDOM, Step};
 use crate::run::Recovery;
 use crate::run::backend::{Backend as _, PlayError};
+use crate::run::silence::Relieved;
 use crate::run::strike::Blow;
 use crate::supervision::watch::CraftEnded;
 use agent::process::doom::Doom;
@@ -68,6 +69,15 @@ impl Round<'_> {
             Err(error) => error.to_string(),
         };
         self.blame(vec![(Failure::Left, remains)]);
+    }
+
+    /// Nobody is to fall silent because another was killed, whether or not there was help.
+    pub(super) fn blame_silences(&mut self) {
+        let silences = self.fleet.take_relieved().into_iter().map(|relieved| {
+            let Relieved { silence, helped, .. } = relieved;
+            (Failure::Hang, format!("{silence:?} was ended by {helped:?}"))
+        });
+        self.blame(silences.collect());
     }
 
     /// Puts what a trial broke down to the last fault.

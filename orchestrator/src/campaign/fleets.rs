@@ -228,6 +228,7 @@ impl Round<'_> {
                 let record = self.record_of(&recovery);
                 self.records.push(record);
             }
+            self.blame_silences();
             if let Some(failures) = played {
                 self.blame(failures);
                 if self.lives.values().all(Fate::is_at_the_end) {

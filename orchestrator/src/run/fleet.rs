@@ -211,12 +211,13 @@ impl<'a> RealFleet<'a> {
             let centre = Destination::Craft(CraftId(self.options.crafts));
             let _unheard = self.send(centre, Kind::Stop, u32::MAX, &[]);
         }
+        let is_whole = self.watch.living().count() == self.options.processes() as usize;
         let ended = end_fleet(&mut self.watch, Graces::ORDERLY, Some(self.signals));
         let Self { watch, endpoint, _host, root, .. } = self;
         drop(watch);
-        // The killed may have left something half done, on which dropping ports would wait for ever.
+        // Who died may have left something half done, on which dropping ports would wait for ever.
         match &ended {
-            Ok(report) if report.killed.is_empty() => drop((endpoint, _host)),
+            Ok(report) if is_whole && report.nobody_died() => drop((endpoint, _host)),
             _ => std::mem::forget((endpoint, _host)),
         }
         let mut trouble = Vec::from_iter(root.remove().err().map(|error| error.to_string()));
@@ -319,9 +320,7 @@ impl<'a> RealFleet<'a> {
                 }
             })?;
             if self.is_overdue() {
-                let silent: Vec<String> = missing.iter().map(CraftId::to_string).collect();
-                let silent = silent.join(", ");
-                return Err(PlayError::Failed(format!("no {kind:?} from processes {silent}")));
+                return Err(self.unanswered(&format!("{kind:?}"), missing));
             }
         }
         Ok(())

@@ -246,9 +246,7 @@ impl RealFleet<'_> {
                 }
             })?;
             if self.is_overdue() {
-                let silent: Vec<String> = waited_for.iter().map(CraftId::to_string).collect();
-                let silent = silent.join(", ");
-                return Err(PlayError::Failed(format!("no answer from processes {silent}")));
+                return Err(self.unanswered("answer", waited_for));
             }
         }
         let now = clock::now();
@@ -290,15 +288,9 @@ impl RealFleet<'_> {
         while self.lives.iter().any(|life| !life.is_ready) {
             self.pump(&mut |_, _, _, _| {})?;
             if self.is_overdue() {
-                let silent: Vec<String> = (0..self.lives.len())
-                    .filter(|&craft| !self.lives[craft].is_ready)
-                    .map(|craft| craft.to_string())
-                    .collect();
-                let silent = silent.join(", ");
-                return Err(PlayError::Failed(format!(
-                    "no {:?} from processes {silent}",
-                    Kind::Ready
-                )));
+                let silent = self.lives.iter().enumerate().filter(|(_, life)| !life.is_ready);
+                let silent = silent.map(|(index, _)| CraftId::from_index(index));
+                return Err(self.unanswered("Ready", silent));
             }
         }
         let now = clock::now();

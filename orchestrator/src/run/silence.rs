@@ -6,11 +6,13 @@
 //! there on a death like every other (`recovery`, `revival`). Not here: the rule
 //! (`supervision::heartbeat`).
 
+use super::backend::PlayError;
 use super::fleet::RealFleet;
-use crate::launch::craft_process::CraftProcess;
+use crate::launch::craft_process::{CraftProcess, Standing};
 use crate::launch::janitor::Janitor;
 use crate::results::event::Relief;
 use crate::supervision::heartbeat::{Finding, LOOK_NS, Seen, Silence, Vigil};
+use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
 use shared_types::transport::heartbeat::Heartbeats;
 use shared_types::transport::reclaim::Steps;
@@ -78,6 +80,23 @@ impl Hearts {
 }
 
 impl RealFleet<'_> {
+    /// Why the fleet cannot go on: no `what` came from `silent`. How these stand tells one that loops from one
+    /// that waits and from one that got no core.
+    pub(super) fn unanswered(
+        &self,
+        what: &str,
+        silent: impl IntoIterator<Item = CraftId>,
+    ) -> PlayError {
+        let standing = |craft| match self.watch.process(craft).and_then(CraftProcess::standing) {
+            Some(Standing { state, cpu_ns }) => {
+                format!("{craft} (state {state}, {} ms of CPU in its life)", cpu_ns / 1_000_000)
+            }
+            None => format!("{craft} (gone)"),
+        };
+        let silent: Vec<String> = silent.into_iter().map(standing).collect();
+        PlayError::Failed(format!("no {what} from process {}", silent.join(", ")))
+    }
+
     /// Looks who is silent if that is due, and does what follows.
     pub(super) fn look_for_silence(&mut self) -> io::Result<()> {
         let now = clock::now();

@@ -52,7 +52,13 @@ impl ShutdownReport {
     /// Whether everybody ended by itself and without an error.
     #[must_use]
     pub fn is_orderly(&self) -> bool {
-        self.terminated.is_empty() && self.ended.iter().all(|ended| ended.how.is_orderly())
+        self.terminated.is_empty() && self.nobody_died()
+    }
+
+    /// Whether everybody came to an end of its own, asked for by a signal or not.
+    #[must_use]
+    pub fn nobody_died(&self) -> bool {
+        self.ended.iter().all(|ended| ended.how.is_orderly())
     }
 }
 
