@@ -95,6 +95,7 @@ fn spec(strategy: StrategyKind) -> EpochSpec {
         turns_max: 1000,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: None,
     }
 }

@@ -51,6 +51,7 @@ fn spec() -> EpochSpec {
         turns_max: 5,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: None,
     }
 }

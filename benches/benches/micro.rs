@@ -50,6 +50,7 @@ fn epoch(strategy: StrategyKind) -> EpochSpec {
         turns_max: 10_000,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: None,
     }
 }

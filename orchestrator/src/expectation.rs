@@ -58,6 +58,7 @@ fn published_spec(seed: u64, trial: u32) -> EpochSpec {
         turns_max: PUBLISHED_TURNS_MAX,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: None,
     }
 }

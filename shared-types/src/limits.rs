@@ -143,6 +143,12 @@ pub const LOSS_MAX: f64 = 0.9;
 /// Longest delay of a link, in milliseconds: a day.
 pub const DELAY_MS_MAX: f64 = 86_400_000.0;
 
+/// Most outages of a scenario: with its largest groups they travel in one sample.
+pub const OUTAGES_MAX: usize = 64;
+
+/// Samples that links hold up before one real process at a time; what comes on top is lost.
+pub const HELD_SAMPLES_MAX: usize = 4096;
+
 /// Widest range of a radio, in metres: some hundred astronomical units.
 pub const RANGE_M_MAX: f64 = 1e14;
 
@@ -219,6 +225,8 @@ const _: () = assert!((REAL_CRAFTS_MAX as usize) < CRAFTS_RECORDED_MAX);
 const _: () = assert!(SIMULATED_CRAFTS_TESTED <= SIMULATED_CRAFTS_MAX);
 const _: () = assert!(PIPELINE_DEPTH < INBOX_SAMPLES);
 const _: () = assert!(REPEATS_PER_RECEIPT <= INBOX_SAMPLES as u64);
+const _: () =
+    assert!(OUTAGES_MAX * (REAL_CRAFTS_MAX as usize * 4 + 64) < INBOX_PAYLOAD_BYTES / 4 * 3);
 const _: () = assert!(REPEATS_MAX <= ASKS_MAX);
 const _: () = assert!(REPORT_PART_BYTES <= INBOX_PAYLOAD_BYTES);
 const _: () = assert!(PUBLISHED_TURNS_MAX <= TURNS_MAX);

@@ -5,6 +5,7 @@
 //! Bounded draws are our own (Lemire 2019, "Fast random integer generation in an interval"), so no
 //! update of a library can change a published path.
 
+use crate::ids::CraftId;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
@@ -46,9 +47,21 @@ impl Stream {
     /// The stream of `purpose` for `craft` (0 where the purpose has no craft) in `trial` of `seed`.
     #[must_use]
     pub fn new(seed: u64, trial: u32, purpose: Purpose, craft: u32) -> Self {
+        Self::keyed((seed, trial, 0), purpose, craft)
+    }
+
+    /// The stream of `purpose` for the way from one craft to another in `trial` of `seed`.
+    #[must_use]
+    pub fn of_way(seed: u64, trial: u32, purpose: Purpose, (from, to): (CraftId, CraftId)) -> Self {
+        // 0 is what the streams of single crafts have in this place.
+        Self::keyed((seed, trial, from.0.saturating_add(1)), purpose, to.0)
+    }
+
+    fn keyed((seed, trial, from): (u64, u32, u32), purpose: Purpose, craft: u32) -> Self {
         let mut key = [0_u8; 32];
         key[0..8].copy_from_slice(&seed.to_le_bytes());
         key[8..12].copy_from_slice(&trial.to_le_bytes());
+        key[12..16].copy_from_slice(&from.to_le_bytes());
         key[16..26].copy_from_slice(b"slateswarm");
         let mut generator = ChaCha8Rng::from_seed(key);
         generator.set_stream((u64::from(purpose as u16) << 32) | u64::from(craft));
@@ -109,7 +122,7 @@ impl Stream {
 
 #[cfg(test)]
 mod tests {
-    use super::{Purpose, Stream};
+    use super::{CraftId, Purpose, Stream};
 
     #[test]
     fn draws_are_fixed_for_ever() {
@@ -130,6 +143,13 @@ mod tests {
         assert_ne!(first, Stream::new(7, 4, Purpose::Firing, 2).bits_wide());
         assert_ne!(first, Stream::new(7, 3, Purpose::Board, 2).bits_wide());
         assert_ne!(first, Stream::new(7, 3, Purpose::Firing, 3).bits_wide());
+        let way = |from, to| {
+            let ends = (CraftId(from), CraftId(to));
+            Stream::of_way(7, 3, Purpose::Firing, ends).bits_wide()
+        };
+        assert_ne!(first, way(0, 2));
+        assert_ne!(way(0, 2), way(2, 0));
+        assert_ne!(way(0, 2), way(1, 2));
     }
 
     #[test]

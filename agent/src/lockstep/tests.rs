@@ -18,6 +18,7 @@ fn spec(own_firing_only: bool) -> EpochSpec {
         turns_max: 3,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: None,
     }
 }

@@ -6,6 +6,7 @@
 //! it always runs. Not here: who is doomed to what (the orchestrator's campaigns).
 
 use shared_types::ids::CraftId;
+use shared_types::transport::link::StatedLink;
 use shared_types::transport::sequence::Sequences;
 use shared_types::transport::{
     Destination, Endpoint, Numbered, Peers, SendError, WorldSample, clock,
@@ -247,8 +248,8 @@ impl<E: Endpoint> Endpoint for Doomed<E> {
         self.inner.ring();
     }
 
-    fn expose(&mut self, is_exposed: bool) {
-        self.inner.expose(is_exposed);
+    fn expose(&mut self, link: Option<StatedLink>) {
+        self.inner.expose(link);
     }
 
     fn take_losses(&mut self) -> Losses {

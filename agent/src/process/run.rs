@@ -71,8 +71,7 @@ pub fn run(arguments: &AgentArguments) -> Result<(), ProcessError> {
     if let Some(doom) = doom {
         doom.strike_soon_after(Point::Opening);
     }
-    let endpoint = IceoryxEndpoint::open(&paths, arguments.craft, arguments.incarnation, options)?
-        .behind_links(arguments.loss);
+    let endpoint = IceoryxEndpoint::open(&paths, arguments.craft, arguments.incarnation, options)?;
     let surroundings = System {
         ending: &ending,
         heart,

@@ -233,9 +233,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         self.has_reported = false;
         self.out.clear();
         self.craft.begin_epoch(spec, fleet);
-        self.interval = spec.open.as_ref().map(Interval::of);
+        self.interval = spec.open.as_ref().map(|open| Interval::of(open, spec));
         self.endpoint.take_losses();
-        self.endpoint.expose(spec.recovery.is_some());
+        self.endpoint.expose(None);
         self.endpoint.open_ports(&self.craft.peers(fleet))?;
         self.tell(Kind::EpochReady, &[])
     }

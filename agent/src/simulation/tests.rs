@@ -93,6 +93,7 @@ fn spec(strategy: StrategyKind, seed: u64) -> EpochSpec {
         turns_max: 12,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: None,
     }
 }

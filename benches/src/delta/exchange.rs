@@ -224,6 +224,7 @@ fn epoch() -> EpochSpec {
         turns_max: u32::MAX,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: None,
     }
 }

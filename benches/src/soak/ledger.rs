@@ -69,7 +69,8 @@ fn of_peace(record: &LoadRecord) -> Vec<String> {
 /// Of a fleet that was to recover, and one of whose crafts was to be stopped for `stopped_s`.
 fn of_faults(record: &LoadRecord, stopped_s: f64) -> Vec<String> {
     let Some(recovery) = record.recovery else { return vec!["nothing was to recover".to_owned()] };
-    let LoadRecovery { deaths, states_missed, lost_on_link, .. } = recovery;
+    let LoadRecovery { deaths, states_missed, links, .. } = recovery;
+    let lost_on_link = links.lost;
     let expected = LOSS * as_float(lost_on_link + received(record));
     let is_odd = expected >= EXPECTED_MIN
         && !(expected / 2.0..=expected * 2.0).contains(&as_float(lost_on_link));

@@ -78,9 +78,10 @@ fn repaired_part(record: &LoadRecord, recovery: &LoadRecovery) -> Vec<String> {
         given_up,
         learnt,
         states_missed,
-        lost_on_link,
+        links,
         dropped: _,
     } = *recovery;
+    let lost_on_link = links.lost;
     let on_links = lost_on_link + ledger::received(record);
     let share = 100.0 * as_float(lost_on_link) / as_float(on_links.max(1));
     vec![

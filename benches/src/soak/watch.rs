@@ -185,7 +185,6 @@ mod tests {
             cores: vec![0, 1],
             beside: Vec::new(),
             doom: None,
-            loss: None,
         };
         let line = |verb: &str| {
             let mut line = format!("slateswarm\0{verb}\0").into_bytes();

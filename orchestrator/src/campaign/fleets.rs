@@ -103,7 +103,6 @@ impl Campaign<'_> {
             restart: Some(POLICY),
             dooms: dooms.clone(),
             janitor: self.plan.janitor,
-            loss: None,
         };
         let fleet = match RealFleet::launch(options, self.launcher, self.signals) {
             Ok(fleet) => fleet,

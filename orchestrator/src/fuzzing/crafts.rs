@@ -52,6 +52,7 @@ fn spec(strategy: StrategyKind, is_open: bool, recovers: bool) -> EpochSpec {
         reasoning: Reasoning::default(),
         open: is_open.then_some(open),
         recovery: recovers.then_some(RecoverySpec::patient(1_000)),
+        link: None,
     }
 }
 

@@ -166,7 +166,7 @@ pub(super) fn loss_text(losses: &Losses) -> String {
         full_inboxes,
         full_outboxes,
         missed_multicasts,
-        lost_on_link,
+        links,
     } = *losses;
     let parts: Vec<String> = [
         (late, "late"),
@@ -177,7 +177,11 @@ pub(super) fn loss_text(losses: &Losses) -> String {
         (full_inboxes, "held back by a full inbox"),
         (full_outboxes, "dropped by a full outbox"),
         (missed_multicasts, "multicasts repaired by unicast"),
-        (lost_on_link, "lost on links and made up for"),
+        (links.lost, "lost on links and made up for"),
+        (links.cut_off, "cut off and made up for"),
+        (links.doubled, "doubled on links"),
+        (links.delayed, "held up on links"),
+        (links.overtaken, "overtaken on links"),
     ]
     .into_iter()
     .filter(|&(count, _)| count > 0)

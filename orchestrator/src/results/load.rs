@@ -6,6 +6,7 @@ use super::record::{Cell, Counts, Label, Overhead};
 use super::statistics::Distribution;
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
+use shared_types::transport::link::LinkCounts;
 use shared_types::wire::{Losses, Stage};
 use std::collections::BTreeMap;
 
@@ -107,8 +108,9 @@ pub struct LoadRecovery {
     pub learnt: u64,
     /// Questions for a state that stayed without an answer.
     pub states_missed: u64,
-    /// Samples that links of the scenario lost.
-    pub lost_on_link: u64,
+    /// What links of the scenario did to samples; nothing of it is lost for good.
+    #[serde(default)]
+    pub links: LinkCounts,
     /// Samples that full outboxes dropped, and that recovery made up for.
     pub dropped: u64,
 }

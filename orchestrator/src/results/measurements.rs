@@ -367,8 +367,8 @@ impl Rows {
             full_inboxes,
             full_outboxes,
             missed_multicasts,
-            // Repaired; kept with the record's part of recovery.
-            lost_on_link: _,
+            // Made up for; with the record's part of recovery.
+            links: _,
         } = *losses;
         for (metric, value) in [
             ("late", late),

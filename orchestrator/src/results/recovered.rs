@@ -8,7 +8,7 @@ use super::load::LoadRecovery;
 
 /// Metric, value, unit and label of everything that `recovery` says.
 #[must_use]
-pub fn values(recovery: &LoadRecovery) -> [(&'static str, u64, &'static str, &'static str); 8] {
+pub fn values(recovery: &LoadRecovery) -> [(&'static str, u64, &'static str, &'static str); 12] {
     let LoadRecovery {
         deaths,
         records_missed,
@@ -16,7 +16,7 @@ pub fn values(recovery: &LoadRecovery) -> [(&'static str, u64, &'static str, &'s
         given_up,
         learnt,
         states_missed,
-        lost_on_link,
+        links,
         dropped,
     } = *recovery;
     [
@@ -27,7 +27,16 @@ pub fn values(recovery: &LoadRecovery) -> [(&'static str, u64, &'static str, &'s
             "record",
             "records due while their craft did not live",
         ),
-        ("recovery-lost-on-link", lost_on_link, "sample", "samples that links lost"),
+        ("recovery-lost-on-link", links.lost, "sample", "samples that links lost"),
+        ("recovery-cut-off-on-link", links.cut_off, "sample", "samples lost in an outage"),
+        ("recovery-doubled-on-link", links.doubled, "sample", "samples that links doubled"),
+        ("recovery-delayed-on-link", links.delayed, "sample", "samples that links held up"),
+        (
+            "recovery-overtaken-on-link",
+            links.overtaken,
+            "sample",
+            "samples that a later one overtook",
+        ),
         ("recovery-dropped", dropped, "sample", "samples that full outboxes dropped"),
         ("recovery-repeats", repeats, "sample", "samples sent again"),
         ("recovery-given-up", given_up, "sample", "samples for which the state was asked instead"),

@@ -22,7 +22,6 @@ use agent::process::doom::Doom;
 use shared_types::ids::CraftId;
 use shared_types::time::Nanos;
 use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost, IdleWait, Wake};
-use shared_types::transport::incoming::LinkLoss;
 use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{Destination, Endpoint, Peers, WakeMode, clock};
 use shared_types::wire::{Class, EpochSpec, HEADER_BYTES, Header, Kind, Traffic};
@@ -60,8 +59,6 @@ pub struct FleetOptions {
     pub dooms: BTreeMap<CraftId, Doom>,
     /// What the janitor does for crafts that died.
     pub janitor: Steps,
-    /// What links lose, in epochs that recover.
-    pub loss: Option<LinkLoss>,
 }
 
 impl FleetOptions {

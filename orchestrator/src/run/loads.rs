@@ -182,6 +182,7 @@ impl Bearing<'_> {
             ignores_finals: true,
             reasoning: shared_types::reasoning::Reasoning::default(),
             recovery: self.plan.scenario.open_recovery(),
+            link: self.plan.scenario.link_spec().cloned(),
             open: Some(OpenSpec {
                 duration_ns,
                 slice_ns: self.open.slice_ns,

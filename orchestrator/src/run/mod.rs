@@ -46,7 +46,6 @@ use crate::launch::os_process::Launcher;
 use crate::outcome::Outcome;
 use crate::results::event::Event;
 use crate::results::store::{Store, StoreError};
-use crate::scenario::SimulatedLink;
 use crate::supervision::signals::Signals;
 use agent::simulation::Simulation;
 use backend::{Backend, SimulatedFleet};
@@ -56,6 +55,7 @@ use guard::{Sample, Spin};
 use plan::{FleetPlan, RunPlan};
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
+use shared_types::transport::link::StatedLink;
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::wire::StrategyKind;
 use std::collections::BTreeMap;
@@ -152,8 +152,8 @@ impl<'a> Runner<'a> {
     ) -> Result<Ended, StoreError> {
         let options = MemoryOptions { seed: self.plan.seed, ..MemoryOptions::default() };
         let simulation = Simulation::new(fleet.scenario.craft_count(), options);
-        if let Some(link) = SimulatedLink::of(&fleet.scenario, self.plan.seed) {
-            simulation.network().set_link(link);
+        if let Some(link) = fleet.scenario.link_spec() {
+            simulation.network().set_link(StatedLink::new(link.clone(), self.plan.seed));
         }
         let mut backend = SimulatedFleet { simulation, signals, run_ends: self.run_ends };
         self.play_trials(&mut backend, block, fleet)

@@ -9,7 +9,6 @@ use crate::supervision::restart::RestartPolicy;
 use crate::workload::Trace;
 use shared_types::time::Nanos;
 use shared_types::transport::WakeMode;
-use shared_types::transport::incoming::LinkLoss;
 use shared_types::transport::reclaim::Steps;
 use shared_types::wire::StrategyKind;
 use std::collections::BTreeMap;
@@ -217,7 +216,6 @@ impl RunPlan {
             restart: self.restart,
             dooms: BTreeMap::new(),
             janitor: Steps::ALL,
-            loss: LinkLoss::of(plan.scenario.scenario().link.loss, self.seed),
         }
     }
 }

@@ -315,7 +315,6 @@ impl RealFleet<'_> {
             cores: self.options.placement.of(craft).to_vec(),
             beside: self.options.placement.beside(craft),
             doom: self.options.dooms.remove(&craft),
-            loss: self.options.loss,
         }
     }
 

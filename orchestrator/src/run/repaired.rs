@@ -32,7 +32,7 @@ pub(super) fn mended(played: &PlayedOpen, losses: Losses) -> (LoadRecovery, Loss
         given_up: done.given_up,
         learnt: done.learnt,
         states_missed: done.states_missed,
-        lost_on_link: losses.lost_on_link,
+        links: losses.links,
         dropped: losses.full_outboxes,
     };
     let lost = Losses { gaps: 0, old_incarnation: 0, full_outboxes: 0, ..losses };

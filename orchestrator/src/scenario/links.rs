@@ -4,7 +4,8 @@ use super::error::{Finding, Place, place};
 use super::fleet::Craft;
 use super::validate::{above_zero, check_craft};
 use shared_types::limits::{
-    BANDWIDTH_BITS_PER_S_MAX, DELAY_MS_MAX, LOSS_MAX, RANGE_M_MAX, SPEED_OF_LIGHT_M_PER_S,
+    BANDWIDTH_BITS_PER_S_MAX, DELAY_MS_MAX, LOSS_MAX, OUTAGES_MAX, RANGE_M_MAX,
+    SPEED_OF_LIGHT_M_PER_S,
 };
 use shared_types::scenario::{Link, Outage};
 
@@ -46,6 +47,11 @@ pub(super) fn check(link: &Link, crafts: &[Craft]) -> Result<(), Finding> {
             SPEED_OF_LIGHT_M_PER_S,
             "metres per second",
         )?;
+    }
+    if link.outages.len() > OUTAGES_MAX {
+        let count = link.outages.len();
+        return Err(Finding::at(place!["link", "outages"], format!("{count} outages"))
+            .help(format!("use {OUTAGES_MAX} at most: one may cut off several crafts")));
     }
     for (index, outage) in link.outages.iter().enumerate() {
         check_outage(outage, &place!["link", "outages", index], crafts)?;

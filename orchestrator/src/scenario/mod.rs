@@ -28,7 +28,7 @@ mod reach;
 mod resolve;
 mod schema;
 mod sharing;
-mod simulated_link;
+mod stated_link;
 mod sweep;
 mod thinking;
 mod validate;
@@ -43,7 +43,6 @@ pub use positions::LinkTable;
 pub use preset::{PRESETS, Preset, find as find_preset};
 pub use resolve::ResolvedScenario;
 pub use schema::schema;
-pub use simulated_link::SimulatedLink;
 pub use sweep::{Axis, K_BETA, SIZES, grid, overrides, preset_axes};
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
-//! What the crafts' positions say about the way between two of them: delay and range.
+//! Who can hear whom, by the crafts' positions.
 //!
-//! The delay of a pair is the stated one plus the time that a signal takes over their distance. Which
-//! pairs must be in range of each other is decided here as well: those that share a boundary fact,
-//! and, where a strategy relays, those next to each other in its tree. That `full` and `limited` also
-//! send to crafts that share nothing is no reason to refuse a fleet. Not here: what samples suffer on
-//! the way (`simulated_link`).
+//! Which pairs must be in range of each other is decided here: those that share a boundary fact, and,
+//! where a strategy relays, those next to each other in its tree. That `full` and `limited` also send to
+//! crafts that share nothing is no reason to refuse a fleet. Not here: what samples suffer on the way,
+//! the time over the distance included (`stated_link`).
 
 use super::draft::Shared;
 use super::error::{Finding, Place, place};
@@ -15,10 +14,9 @@ use shared_types::knowledge::Topology;
 use shared_types::scenario::Scenario;
 use shared_types::wire::StrategyKind;
 
-/// Delay and range of every ordered pair of crafts, computed when asked for.
+/// Range of every pair of crafts, computed when asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinkTable {
-    delay_ms: f64,
     geometry: Option<Geometry>,
 }
 
@@ -26,15 +24,13 @@ pub struct LinkTable {
 struct Geometry {
     positions: Vec<Point3<f64>>,
     range_m: f64,
-    propagation_m_per_s: f64,
 }
 
 impl LinkTable {
     /// The table of a fleet.
     pub(super) fn new(scenario: &Scenario, crafts: &[Craft]) -> Result<Self, Finding> {
-        let delay_ms = scenario.link.delay_ms;
         let Some(stated) = &scenario.link.from_positions else {
-            return Ok(Self { delay_ms, geometry: None });
+            return Ok(Self { geometry: None });
         };
         let position = |(index, craft): (usize, &Craft)| {
             craft.position.map(Point3::from).ok_or_else(|| {
@@ -52,22 +48,7 @@ impl LinkTable {
             })
         };
         let positions = crafts.iter().enumerate().map(position).collect::<Result<_, _>>()?;
-        let (range_m, propagation_m_per_s) = (stated.range_m, stated.propagation_m_per_s);
-        let geometry = Some(Geometry { positions, range_m, propagation_m_per_s });
-        Ok(Self { delay_ms, geometry })
-    }
-
-    /// How long a sample travels from one craft to the other, ns; the centre (the craft behind the
-    /// last) is where the first craft is.
-    #[must_use]
-    #[expect(clippy::cast_possible_truncation, reason = "delays are bounded by a day, saturating")]
-    #[expect(clippy::cast_sign_loss, reason = "delays are checked not to be negative")]
-    pub fn delay_ns(&self, from: CraftId, to: CraftId) -> u64 {
-        let propagation_s = self
-            .geometry
-            .as_ref()
-            .map_or(0.0, |geometry| geometry.distance_m(from, to) / geometry.propagation_m_per_s);
-        (self.delay_ms * 1e6 + propagation_s * 1e9).round() as u64
+        Ok(Self { geometry: Some(Geometry { positions, range_m: stated.range_m }) })
     }
 
     /// Whether the two are too far apart to hear each other.
@@ -76,12 +57,6 @@ impl LinkTable {
         self.geometry
             .as_ref()
             .is_some_and(|geometry| geometry.distance_m(from, to) > geometry.range_m)
-    }
-
-    /// Whether every pair has delay 0.
-    #[must_use]
-    pub fn is_instant(&self) -> bool {
-        self.delay_ms == 0.0 && self.geometry.is_none()
     }
 
     /// Refuses a fleet in which two crafts that must communicate are out of range.

@@ -9,16 +9,15 @@ use super::mission;
 use super::names::NameTable;
 use super::positions::LinkTable;
 use super::reach::Reached;
-use super::simulated_link::recovery;
+use super::stated_link::{link_spec, open_recovery, simulated_recovery};
 use super::thinking;
 use super::validate;
 use shared_types::ids::{ActionId, CraftId};
 use shared_types::knowledge::{BoardNetwork, Topology};
-use shared_types::limits::REAL_PATIENCE_NS;
 use shared_types::scenario::{
     ActionEntry, CraftCount, OneOrMany, Restart, RunMode, Scenario, SendPolicy, Trace,
 };
-use shared_types::wire::{EpochSpec, RecoverySpec, StrategyKind};
+use shared_types::wire::{EpochSpec, LinkSpec, RecoverySpec, StrategyKind};
 
 /// A scenario that can be run as it stands. Written back as TOML it reads as the same value.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +27,7 @@ pub struct ResolvedScenario {
     topology: Topology,
     strategies: Vec<StrategyKind>,
     links: LinkTable,
+    link: Option<LinkSpec>,
     boards: Vec<BoardNetwork>,
     names: NameTable,
     entries: Vec<Entries>,
@@ -61,7 +61,8 @@ impl ResolvedScenario {
         links.check_range(&crafts, &shared, &topology, &strategies)?;
         let entries: Vec<Entries> = drafts.iter().map(BoardDraft::entries).collect();
         let (boards, names) = mission_boards(&crafts, drafts, &shared);
-        let mut notices = notices(&scenario, &links);
+        let link = link_spec(&scenario, &crafts, &names);
+        let mut notices = notices(&scenario, link.is_some());
         notices.extend(thinking::notices(&scenario, &strategies));
         let mut flags = Vec::new();
         if scenario.network.is_none() {
@@ -81,6 +82,7 @@ impl ResolvedScenario {
             topology,
             strategies,
             links,
+            link,
             boards,
             names,
             entries,
@@ -165,18 +167,22 @@ impl ResolvedScenario {
             record_bytes: replication.record_bytes,
             turns_max: run.turns,
             reasoning: self.scenario.reasoning,
-            recovery: recovery(&self.scenario),
+            recovery: simulated_recovery(&self.scenario, self.link.as_ref()),
             open: None,
+            link: None,
         }
     }
 
     /// How real processes repair in an interval of open mode what they lose, where they are to.
     #[must_use]
     pub fn open_recovery(&self) -> Option<RecoverySpec> {
-        let Scenario { faults, link, .. } = &self.scenario;
-        let recovers =
-            faults.restart == Restart::OnFailure || !faults.process.is_empty() || link.loss > 0.0;
-        recovers.then_some(RecoverySpec::patient(REAL_PATIENCE_NS))
+        open_recovery(&self.scenario, self.link.as_ref())
+    }
+
+    /// What links do to samples, in simulation and in intervals of real processes; `None` if nothing.
+    #[must_use]
+    pub const fn link_spec(&self) -> Option<&LinkSpec> {
+        self.link.as_ref()
     }
 
     /// Tree and groups.
@@ -198,7 +204,7 @@ impl ResolvedScenario {
         &self.names
     }
 
-    /// Delay and range between crafts.
+    /// Range between crafts.
     #[must_use]
     pub const fn links(&self) -> &LinkTable {
         &self.links
@@ -227,23 +233,16 @@ impl ResolvedScenario {
 }
 
 /// What the scenario states and this version only checks, or the mode ignores.
-fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
-    let Scenario { link, faults, run, .. } = scenario;
+fn notices(scenario: &Scenario, has_links: bool) -> Vec<String> {
+    let Scenario { faults, run, .. } = scenario;
     let is_simulated = run.mode == RunMode::Simulated;
     let is_offered = run.mode == RunMode::Open || (!is_simulated && !scenario.load.is_empty());
     let notices = [
         (
-            run.mode == RunMode::Lockstep && link.loss > 0.0,
-            "`link.loss` acts in simulation and in intervals of open mode; turns of real processes lose \
-             nothing",
+            run.mode == RunMode::Lockstep && has_links,
+            "`link` acts in simulation and in intervals of open mode; turns of real processes send as if \
+             nothing were between them",
         ),
-        (!is_simulated && link.duplication > 0.0, "`link.duplication` acts in simulation only"),
-        (!is_simulated && link.jitter_ms > 0.0, "`link.jitter-ms` acts in simulation only"),
-        (
-            !is_simulated && link.bandwidth_bits_per_s.is_some(),
-            "`link.bandwidth-bits-per-s` acts in simulation only",
-        ),
-        (!is_simulated && !link.outages.is_empty(), "`link.outages` act in simulation only"),
         (
             run.rate_per_s.is_some() && !(run.mode == RunMode::Open && scenario.load.is_empty()),
             "`run.rate-per-s` acts in `record`, and in mode `open` without a `[[load]]`",
@@ -267,10 +266,6 @@ fn notices(scenario: &Scenario, links: &LinkTable) -> Vec<String> {
         (
             faults.restart == Restart::OnFailure && is_simulated,
             "`faults.restart` acts on real processes only",
-        ),
-        (
-            !is_simulated && !links.is_instant(),
-            "link delays act in simulation only; real processes send without them",
         ),
     ];
     let applying = notices.into_iter().filter(|(applies, _)| *applies);

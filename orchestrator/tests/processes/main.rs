@@ -54,6 +54,7 @@ const TESTS: &[Test] = tests![
     silent::craft_that_loops_is_followed_while_the_interval_goes_on,
     silent::craft_that_loops_ends_the_run_as_partial_and_is_named,
     silent::craft_that_loops_is_restarted_where_that_is_wanted,
+    opens::every_fact_reaches_its_peers_over_links_with_every_fault,
     runs::living_runs_are_private_and_never_cleaned,
     runs::dead_run_is_cleaned_with_its_segments_and_stopped_craft,
     runs::root_without_a_lock_file_is_a_dead_run,

@@ -20,11 +20,14 @@ use shared_types::rng::{Purpose, Stream};
 use shared_types::scenario::Pinning;
 use shared_types::time::Nanos;
 use shared_types::trace::{TraceRecord, to_words};
-use shared_types::transport::incoming::LinkLoss;
+use shared_types::transport::link::LinkCounts;
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{WakeMode, clock};
-use shared_types::wire::{EpochSpec, Losses, OpenSpec, RecoverySpec, StrategyKind, TrialReport};
+use shared_types::wire::{
+    CutOff, EpochSpec, LinkSpec, Losses, OpenSpec, OutageSpec, RecoverySpec, StrategyKind,
+    TrialReport,
+};
 use std::collections::BTreeMap;
 
 const CRAFTS: u32 = 5;
@@ -95,6 +98,7 @@ fn spec(epoch: u32, strategy: StrategyKind, duration_ns: u64) -> EpochSpec {
         turns_max: 1,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: Some(OpenSpec {
             duration_ns,
             slice_ns: 100_000_000,
@@ -110,24 +114,24 @@ fn with_fleet<T>(
     run_ends: Option<Nanos>,
     play: impl FnOnce(&mut RealFleet<'_>) -> T,
 ) -> T {
-    with_faults(has_centre, run_ends, (None, None), play)
+    with_restarts(has_centre, run_ends, None, play)
 }
 
-/// The same with successors for who dies, and on links that lose something.
-fn with_faults<T>(
+/// The same with successors for who dies.
+fn with_restarts<T>(
     has_centre: bool,
     run_ends: Option<Nanos>,
-    faults: (Option<RestartPolicy>, Option<LinkLoss>),
+    restart: Option<RestartPolicy>,
     play: impl FnOnce(&mut RealFleet<'_>) -> T,
 ) -> T {
-    with_doomed(has_centre, run_ends, faults, BTreeMap::new(), play)
+    with_doomed(has_centre, run_ends, restart, BTreeMap::new(), play)
 }
 
 /// The same with crafts that are doomed from the start.
 pub(crate) fn with_doomed<T>(
     has_centre: bool,
     run_ends: Option<Nanos>,
-    (restart, loss): (Option<RestartPolicy>, Option<LinkLoss>),
+    restart: Option<RestartPolicy>,
     dooms: BTreeMap<CraftId, Doom>,
     play: impl FnOnce(&mut RealFleet<'_>) -> T,
 ) -> T {
@@ -146,7 +150,6 @@ pub(crate) fn with_doomed<T>(
         restart,
         dooms,
         janitor: Steps::ALL,
-        loss,
     };
     let mut fleet = RealFleet::launch(options, &launcher, &mut signals).expect("a fleet");
     let mut processes = fleet.process_ids();
@@ -268,27 +271,32 @@ pub(crate) fn what_a_saturated_interval_left_undone_reaches_no_other() {
     });
 }
 
-/// An interval of 1.2 s that recovers, with `blows` so many ms after it is asked for.
+/// An interval of 1.2 s that recovers.
+pub(crate) fn recovering(epoch: u32, strategy: StrategyKind) -> EpochSpec {
+    let recovery = Some(RecoverySpec::patient(REAL_PATIENCE_NS));
+    EpochSpec { recovery, ..spec(epoch, strategy, 1_200_000_000) }
+}
+
+/// What came of it, with `blows` so many ms after it is asked for.
 pub(crate) fn struck(
     fleet: &mut RealFleet<'_>,
-    (epoch, strategy): (u32, StrategyKind),
+    spec: &EpochSpec,
     network: &FleetNetwork,
     blows: &[(u64, u32, Blow)],
 ) -> PlayedOpen {
-    let recovery = Some(RecoverySpec::patient(REAL_PATIENCE_NS));
-    let spec = EpochSpec { recovery, ..spec(epoch, strategy, 1_200_000_000) };
+    let strategy = spec.strategy;
     let asked = clock::now();
     fleet.strike(blows.iter().map(|&(at_ms, craft, blow)| Strike {
         due: asked.plus(at_ms * 1_000_000),
         craft: CraftId(craft),
         blow,
     }));
-    let played = fleet.play_open(&spec, network).expect("an interval");
+    let played = fleet.play_open(spec, network).expect("an interval");
     assert!(!fleet.has_strikes(), "{strategy}");
     assert!(played.is_quiet, "{strategy}");
     let observed = ObservedOpen { reports: &played.reports, is_quiet: true };
     let died: Vec<CraftId> = played.dead.iter().map(|ended| ended.craft).collect();
-    assert_eq!(compare_recovered(&spec, &network.view(), &observed, &died), [], "{strategy}");
+    assert_eq!(compare_recovered(spec, &network.view(), &observed, &died), [], "{strategy}");
     let losses: Losses = played.reports.iter().fold(Losses::default(), |mut all, report| {
         all += report.counters.losses;
         all
@@ -302,12 +310,12 @@ pub(crate) const AT_ONCE: RestartPolicy =
 
 pub(crate) fn killed_crafts_are_followed_while_the_interval_goes_on() {
     let network = network(1_200);
-    with_faults(true, None, (Some(AT_ONCE), None), |fleet| {
+    with_restarts(true, None, Some(AT_ONCE), |fleet| {
         for (epoch, strategy) in (0..).zip(STRATEGIES) {
             // The second has children in the tree; the centre is told last.
             let victims = if strategy.has_centre() { [1, CRAFTS] } else { [1, 4] };
             let kills = [(400, victims[0], Blow::Kill), (700, victims[1], Blow::Kill)];
-            let played = struck(fleet, (epoch, strategy), &network, &kills);
+            let played = struck(fleet, &recovering(epoch, strategy), &network, &kills);
             let mut died: Vec<u32> = played.dead.iter().map(|ended| ended.craft.0).collect();
             died.sort_unstable();
             assert_eq!(died, victims, "{strategy}");
@@ -350,7 +358,7 @@ pub(crate) fn stopped_crafts_are_paused_and_catch_up() {
                 // After the interval's end.
                 (1_600, 1, Blow::Continue),
             ];
-            let played = struck(fleet, (epoch, strategy), &network, &blows);
+            let played = struck(fleet, &recovering(epoch, strategy), &network, &blows);
             assert!(played.dead.is_empty(), "{strategy}");
             let stopped = fleet.take_struck();
             let continued = stopped.iter().filter(|blow| blow.was_stopped);
@@ -364,24 +372,65 @@ pub(crate) fn stopped_crafts_are_paused_and_catch_up() {
 }
 
 pub(crate) fn every_fact_reaches_its_peers_over_links_that_lose_a_quarter_and_a_half() {
+    for loss_per_billion in [250_000_000, 500_000_000] {
+        let link = LinkSpec { loss_per_billion, ..LinkSpec::default() };
+        for (strategy, links, repeats) in over(&link) {
+            let is_told = strategy != StrategyKind::Null;
+            assert_eq!((links.lost > 0, repeats > 0), (is_told, is_told), "{strategy}: {links:?}");
+        }
+    }
+}
+
+pub(crate) fn every_fact_reaches_its_peers_over_links_with_every_fault() {
+    let cut_off = |from_ms: u64, until_ms: u64, whom| OutageSpec {
+        from_ns: from_ms * 1_000_000,
+        until_ns: until_ms * 1_000_000,
+        whom,
+    };
+    let link = LinkSpec {
+        loss_per_billion: 100_000_000,
+        duplication_per_billion: 200_000_000,
+        delay_ns: 500_000,
+        jitter_ns: 3_000_000,
+        // A sample of a hundred bytes takes 100 us and more.
+        bandwidth_bits_per_s: Some(10_000_000),
+        outages: vec![
+            cut_off(2, 12, CutOff::Group(vec![1, 3])),
+            cut_off(20, 400, CutOff::Pair(0, 2)),
+        ],
+        positions_ns: vec![[0; 3], [300_000, 0, 0]],
+    };
+    let mut all = LinkCounts::default();
+    for (strategy, links, repeats) in over(&link) {
+        assert_eq!(repeats > 0, strategy != StrategyKind::Null, "{strategy}: {links:?}");
+        all += links;
+    }
+    let LinkCounts { lost, cut_off, doubled, delayed, overtaken } = all;
+    for count in [lost, cut_off, doubled, delayed, overtaken] {
+        assert!(count > 10, "{all:?}");
+    }
+}
+
+/// What the links did, and how often something was repeated, in an interval of each strategy over `link`
+/// that ends as promised.
+fn over(link: &LinkSpec) -> Vec<(StrategyKind, LinkCounts, u64)> {
     // Few: under `central` each write awaits its reply, and a lost one comes a patience later.
     let network = network(20);
     let mut records = network.view().trace.iter().map(|part| part.len() as u64).collect::<Vec<_>>();
     records.push(0);
-    for loss in [0.25, 0.5] {
-        with_faults(true, None, (None, LinkLoss::of(loss, 7)), |fleet| {
-            for (epoch, strategy) in (0..).zip(STRATEGIES) {
-                let played = struck(fleet, (epoch, strategy), &network, &[]);
-                let (mut lost, mut repeats) = (0, 0);
-                for (report, &records) in played.reports.iter().zip(&records) {
-                    let open = report.open.as_ref().expect("an epoch of open mode");
-                    assert_eq!(open.records_played, records, "{strategy}, {}", report.craft);
-                    lost += report.counters.losses.lost_on_link;
-                    repeats += report.counters.recovered.repeats;
-                }
-                let is_told = strategy != StrategyKind::Null;
-                assert_eq!((lost > 0, repeats > 0), (is_told, is_told), "{strategy} at {loss}");
+    with_fleet(true, None, |fleet| {
+        let intervals = (0..).zip(STRATEGIES).map(|(epoch, strategy)| {
+            let spec = EpochSpec { link: Some(link.clone()), ..recovering(epoch, strategy) };
+            let played = struck(fleet, &spec, &network, &[]);
+            let (mut links, mut repeats) = (LinkCounts::default(), 0);
+            for (report, &records) in played.reports.iter().zip(&records) {
+                let open = report.open.as_ref().expect("an epoch of open mode");
+                assert_eq!(open.records_played, records, "{strategy}, {}", report.craft);
+                links += report.counters.losses.links;
+                repeats += report.counters.recovered.repeats;
             }
+            (strategy, links, repeats)
         });
-    }
+        intervals.collect()
+    })
 }

@@ -1,7 +1,7 @@
 //! A craft that runs and does not go on: it loops where it was told to, as iceoryx2 can on what a killed
 //! process left half-made, and no signal or pipe tells of it.
 
-use crate::opens::{AT_ONCE, network, struck, with_doomed};
+use crate::opens::{AT_ONCE, network, recovering, struck, with_doomed};
 use agent::process::doom::{Doom, Point};
 use orchestrator::launch::craft_process::HowEnded;
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
@@ -33,11 +33,11 @@ const VICTIM: CraftId = CraftId(1);
 pub(crate) fn craft_that_loops_is_followed_while_the_interval_goes_on() {
     let network = network(1_200);
     let dooms = BTreeMap::from([(VICTIM, Doom { point: Point::Silence, after: 100 })]);
-    with_doomed(false, None, (Some(AT_ONCE), None), dooms, |fleet| {
+    with_doomed(false, None, Some(AT_ONCE), dooms, |fleet| {
         // What the sweep finds, though it is not what this craft waits for.
         let planted = Path::new(SHM).join(format!("{}planted", fleet.paths().prefix()));
         std::fs::File::create(&planted).unwrap();
-        let played = struck(fleet, (0, StrategyKind::Boundary), &network, &[]);
+        let played = struck(fleet, &recovering(0, StrategyKind::Boundary), &network, &[]);
         let [ended] = &played.dead[..] else { panic!("{:?}", played.dead) };
         let HowEnded::Silent(silent_ns) = ended.how else { panic!("{ended:?}") };
         assert!(silent_ns >= SILENCE_NS, "{silent_ns}");
@@ -53,7 +53,7 @@ pub(crate) fn craft_that_loops_is_followed_while_the_interval_goes_on() {
         let [recovery] = &recoveries[..] else { panic!("one recovery: {recoveries:?}") };
         assert!(recovery.caught_up.is_some(), "{recovery:?}");
         // Its successor plays on, and nobody else is taken for silent.
-        let played = struck(fleet, (1, StrategyKind::Boundary), &network, &[]);
+        let played = struck(fleet, &recovering(1, StrategyKind::Boundary), &network, &[]);
         assert!(played.dead.is_empty(), "{:?}", played.dead);
         assert_eq!(fleet.take_relieved(), []);
     });

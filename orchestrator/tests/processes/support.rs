@@ -66,7 +66,6 @@ pub(crate) fn arguments(paths: &RunPaths, craft: u32) -> AgentArguments {
         cores: Vec::new(),
         beside: Vec::new(),
         doom: None,
-        loss: None,
     }
 }
 

@@ -4,6 +4,7 @@ use crate::invocation::Place;
 use orchestrator::results::event::Event;
 use orchestrator::results::load::LoadRecovery;
 use orchestrator::results::record::TrialEnd;
+use shared_types::transport::link::LinkCounts;
 
 /// Four crafts, a second, one block.
 const MISSION: &str = r#"
@@ -96,7 +97,25 @@ fn half_of_everything_is_lost_on_links_and_made_up_for() {
     // One strategy: after every loss at an end somebody waits for a patience and more.
     let (_, recovered) = run("hierarchy", "[link]\nloss = 0.5\n");
     for recovery in recovered {
-        assert!(recovery.lost_on_link > 100 && recovery.repeats > 100, "{recovery:?}");
+        assert!(recovery.links.lost > 100 && recovery.repeats > 100, "{recovery:?}");
+    }
+}
+
+#[test]
+fn doubling_delay_reordering_and_outages_on_links_are_made_up_for() {
+    let (_, recovered) = run(
+        EVERY,
+        "[link]\nduplication = 0.2\ndelay-ms = 1.0\njitter-ms = 2.0\n\
+         bandwidth-bits-per-s = 20e6\n\
+         [[link.outages]]\ncraft = \"craft-1\"\nfrom-ms = 300.0\nuntil-ms = 600.0\n\
+         [[link.outages]]\nbetween = [\"craft-0\", \"craft-2\"]\nfrom-ms = 700.0\nuntil-ms = 800.0\n",
+    );
+    for recovery in recovered {
+        let LinkCounts { lost, cut_off, doubled, delayed, overtaken } = recovery.links;
+        assert_eq!(lost, 0, "{recovery:?}");
+        for count in [cut_off, doubled, delayed, overtaken, recovery.repeats] {
+            assert!(count > 0, "{recovery:?}");
+        }
     }
 }
 

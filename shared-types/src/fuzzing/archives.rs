@@ -5,8 +5,8 @@ use crate::knowledge::{BoardNetwork, FleetNetwork, FleetView, Topology};
 use crate::reasoning::Reasoning;
 use crate::trace::{TraceRecord, to_words};
 use crate::wire::{
-    EpochSpec, HeldFact, OpenReport, OpenSpec, ReadSeen, RecoverySpec, Stage, StrategyKind,
-    TrialReport,
+    CutOff, EpochSpec, HeldFact, LinkSpec, OpenReport, OpenSpec, OutageSpec, ReadSeen,
+    RecoverySpec, Stage, StrategyKind, TrialReport,
 };
 use rkyv::rancor::Error;
 use rkyv::util::AlignedVec;
@@ -133,6 +133,11 @@ pub(super) fn epochs_seeds() -> Vec<Vec<u8>> {
         reasoning: Reasoning::default(),
         open,
         recovery: open.map(|_| RecoverySpec::patient(1_000_000)),
+        link: open.map(|_| LinkSpec {
+            loss_per_billion: 250_000_000,
+            outages: vec![OutageSpec { from_ns: 1, until_ns: 2, whom: CutOff::Group(vec![0, 2]) }],
+            ..LinkSpec::default()
+        }),
     };
     let specs = [spec(StrategyKind::Boundary, None), spec(StrategyKind::Pipelined, Some(open))];
     specs.iter().map(|spec| rkyv::to_bytes::<Error>(spec).expect("memory").to_vec()).collect()

@@ -4,7 +4,8 @@ use super::one_or_many::OneOrMany;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[link]`: the way between two crafts. Acts in simulation only.
+/// `[link]`: the way between two crafts. Acts in simulation and, between real processes, in intervals of
+/// open mode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Link {
@@ -38,7 +39,7 @@ pub struct Outage {
     /// In place of that, the two crafts between which nothing passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
-    /// When it begins, ms of virtual time from the start of each trial.
+    /// When it begins, ms from the start of each trial (virtual time) or interval.
     pub from_ms: f64,
     /// When it is over, likewise.
     pub until_ms: f64,

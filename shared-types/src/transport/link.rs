@@ -1,11 +1,16 @@
 //! What happens to a sample on its way: a verdict, given by a plain value that a test or scenario
-//! sets up. The memory network asks for one verdict per sample and receiver.
+//! sets up. The memory network asks for one verdict per sample and receiver when it is sent, a real
+//! process behind links for each sample that comes (`transport::incoming`).
+
+mod stated;
+
+pub use crate::wire::LinkCounts;
+pub use stated::{StatedLink, carried_ns};
 
 use crate::ids::CraftId;
 use crate::rng::{Purpose, Stream};
 use crate::time::Nanos;
 use crate::wire::Header;
-use serde::{Deserialize, Serialize};
 
 /// What happens to one sample on its way to one receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,31 +35,6 @@ pub enum Verdict {
         /// Whether everything behind it on the same way arrives after it, as with [`Self::Delay`].
         keeps_order: bool,
     },
-}
-
-/// What links did to samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LinkCounts {
-    /// Samples that were lost, those that were cut off apart.
-    pub lost: u64,
-    /// Samples lost because nothing passed at that time.
-    pub cut_off: u64,
-    /// Samples that arrived twice.
-    pub doubled: u64,
-    /// Samples that were held up.
-    pub delayed: u64,
-    /// Samples that arrived behind one that was sent later on the same way.
-    pub overtaken: u64,
-}
-
-impl std::ops::AddAssign for LinkCounts {
-    fn add_assign(&mut self, other: Self) {
-        self.lost += other.lost;
-        self.cut_off += other.cut_off;
-        self.doubled += other.doubled;
-        self.delayed += other.delayed;
-        self.overtaken += other.overtaken;
-    }
 }
 
 impl LinkCounts {
@@ -107,14 +87,6 @@ impl Lossy {
     #[must_use]
     pub fn new(seed: u64, loss: f64, duplication: f64) -> Self {
         Self { stream: Stream::new(seed, 0, Purpose::Faults, 0), loss, duplication }
-    }
-
-    /// The way number `way` of those drawn from `seed`, each with a stream of its own; it loses the share
-    /// `loss` and doubles nothing.
-    #[must_use]
-    pub fn on_way(seed: u64, way: u32, loss: f64) -> Self {
-        let stream = Stream::new(seed, 0, Purpose::Faults, way.saturating_add(1));
-        Self { stream, loss, duplication: 0.0 }
     }
 }
 

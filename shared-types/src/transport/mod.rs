@@ -16,9 +16,11 @@ pub mod clock;
 #[cfg(feature = "shell")]
 pub mod heartbeat;
 #[cfg(feature = "shell")]
+mod held;
+#[cfg(feature = "shell")]
 pub mod iceoryx;
 #[cfg(feature = "shell")]
-pub mod incoming;
+mod incoming;
 mod intake;
 pub mod link;
 pub mod memory;
@@ -35,6 +37,7 @@ pub use paths::RunPaths;
 
 use crate::ids::CraftId;
 use crate::wire::{Header, Losses};
+use link::StatedLink;
 use sequence::Sequences;
 
 /// Where a sample goes.
@@ -246,10 +249,11 @@ pub trait Endpoint {
     /// Wakes the sleepers among those that this endpoint sent to since the last call.
     fn ring(&mut self);
 
-    /// Whether samples may be lost on their way here from now on, as links of the run lose them; nothing
-    /// is where the endpoint knows of no such links. To be asked for only where loss is repaired.
-    fn expose(&mut self, is_exposed: bool) {
-        let _ = is_exposed;
+    /// From now on what crafts send comes here over `link`, and at once where that is `None`; what an
+    /// earlier link still holds up is gone. To be asked for only where loss is repaired. Networks that
+    /// judge samples as they are sent know their links already and do nothing here.
+    fn expose(&mut self, link: Option<StatedLink>) {
+        let _ = link;
     }
 
     /// What was lost, refused or repeated since the last call. To be called when the fleet is quiet:

@@ -1,6 +1,6 @@
 //! What a craft must know of an epoch besides the networks.
 
-use super::{OpenSpec, RecoverySpec};
+use super::{LinkSpec, OpenSpec, RecoverySpec};
 use crate::reasoning::Reasoning;
 use rkyv::{Archive, Deserialize, Serialize};
 use schemars::JsonSchema;
@@ -149,4 +149,7 @@ pub struct EpochSpec {
     pub open: Option<OpenSpec>,
     /// How losses are repaired; `None` if they are detected and counted only.
     pub recovery: Option<RecoverySpec>,
+    /// What links do in an interval of real processes; `None` if nothing happens on them. Simulated
+    /// networks are told of theirs beforehand.
+    pub link: Option<LinkSpec>,
 }

@@ -10,6 +10,7 @@ mod control;
 mod delta;
 mod epoch;
 mod header;
+mod link;
 mod open;
 mod recovery;
 mod report;
@@ -20,6 +21,7 @@ pub use delta::{
 };
 pub use epoch::{ArchivedEpochSpec, EpochSpec, StrategyKind};
 pub use header::{Class, FORMAT_VERSION, HEADER_BYTES, Header, Kind, Refusal};
+pub use link::{CutOff, LinkCounts, LinkSpec, OutageSpec};
 pub use open::{EndHeard, GO_JOINING, HeldFact, OpenReport, OpenSpec, ReadSeen, Stage};
 pub use recovery::{
     MembershipChange, MissingRow, Receipt, RecoverySpec, read_receipt, receipt_bytes, write_receipt,

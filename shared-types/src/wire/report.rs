@@ -1,6 +1,6 @@
 //! What a craft counted in one trial.
 
-use super::OpenReport;
+use super::{LinkCounts, OpenReport};
 use crate::reasoning::ReasoningReport;
 use rkyv::{Archive, Deserialize, Serialize};
 
@@ -75,9 +75,9 @@ pub struct Losses {
     pub full_outboxes: u64,
     /// Receivers that missed a multicast and got it by unicast.
     pub missed_multicasts: u64,
-    /// Samples that links of the scenario lost on their way here; only where loss is repaired.
+    /// What links of the scenario did to samples on their way here; only in intervals that repair it.
     #[serde(default)]
-    pub lost_on_link: u64,
+    pub links: LinkCounts,
 }
 
 impl std::ops::AddAssign for Losses {
@@ -90,7 +90,7 @@ impl std::ops::AddAssign for Losses {
         self.full_inboxes = self.full_inboxes.saturating_add(other.full_inboxes);
         self.full_outboxes = self.full_outboxes.saturating_add(other.full_outboxes);
         self.missed_multicasts = self.missed_multicasts.saturating_add(other.missed_multicasts);
-        self.lost_on_link = self.lost_on_link.saturating_add(other.lost_on_link);
+        self.links += other.links;
     }
 }
 

@@ -25,6 +25,7 @@ pub(super) fn mission_spec() -> EpochSpec {
         turns_max: 50,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: None,
     }
 }

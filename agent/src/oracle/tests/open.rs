@@ -42,6 +42,7 @@ fn spec(strategy: StrategyKind) -> EpochSpec {
         turns_max: 1,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: Some(OpenSpec {
             duration_ns: 1_000_000,
             slice_ns: 1_000_000,

@@ -12,7 +12,10 @@ use shared_types::knowledge::FleetView;
 use shared_types::limits::DUE_TIMES_PER_STEP_MAX;
 use shared_types::time::Nanos;
 use shared_types::transport::Endpoint;
-use shared_types::wire::{Class, EndHeard, Header, Kind, MembershipChange, OpenSpec, TrialReport};
+use shared_types::transport::link::{Link as _, StatedLink};
+use shared_types::wire::{
+    Class, EndHeard, EpochSpec, Header, Kind, MembershipChange, OpenSpec, TrialReport,
+};
 use zerocopy::IntoBytes;
 
 /// The interval of one epoch, as the kernel sees it.
@@ -31,11 +34,14 @@ pub(super) struct Interval {
     joins: bool,
     caught_up: Option<Nanos>,
     ends_heard: Vec<EndHeard>,
+    /// The links that act from its beginning on, and the trial that they are drawn for.
+    link: Option<(StatedLink, u32)>,
 }
 
 impl Interval {
-    /// An interval that has not begun.
-    pub(super) const fn of(open: &OpenSpec) -> Self {
+    /// An interval of `spec` that has not begun.
+    pub(super) fn of(open: &OpenSpec, spec: &EpochSpec) -> Self {
+        let link = spec.link.clone();
         Self {
             duration_ns: open.duration_ns,
             started: None,
@@ -47,6 +53,7 @@ impl Interval {
             joins: false,
             caught_up: None,
             ends_heard: Vec::new(),
+            link: link.map(|link| (StatedLink::new(link, spec.seed), spec.trial)),
         }
     }
 
@@ -83,6 +90,10 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             self.craft.join(self.surroundings.now(), started, trace);
         } else {
             self.craft.go(started, trace);
+        }
+        if let Some((mut link, trial)) = interval.link.take() {
+            link.begin(started, trial);
+            self.endpoint.expose(Some(link));
         }
         interval.joins = joins;
         interval.started = Some(started);

@@ -7,7 +7,6 @@
 use crate::process::doom::Doom;
 use shared_types::ids::{CraftId, Incarnation};
 use shared_types::transport::WakeMode;
-use shared_types::transport::incoming::LinkLoss;
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
@@ -35,8 +34,6 @@ pub struct AgentArguments {
     pub beside: Vec<CraftId>,
     /// Where it kills itself; `None` for every craft that is not part of a campaign of faults.
     pub doom: Option<Doom>,
-    /// What is lost on the links to it; `None` if nothing is.
-    pub loss: Option<LinkLoss>,
 }
 
 /// Why a command line is not one of a craft.
@@ -62,7 +59,7 @@ pub enum ArgumentError {
 }
 
 /// The options, in the order in which they are written.
-pub(super) const OPTIONS: [&str; 11] = [
+pub(super) const OPTIONS: [&str; 10] = [
     "--run",
     "--base",
     "--craft",
@@ -73,7 +70,6 @@ pub(super) const OPTIONS: [&str; 11] = [
     "--cores",
     "--beside",
     "--doom",
-    "--loss",
 ];
 
 impl AgentArguments {
@@ -93,7 +89,6 @@ impl AgentArguments {
             cores.join(",").into(),
             beside.join(",").into(),
             self.doom.map_or_else(String::new, |doom| doom.to_string()).into(),
-            self.loss.map_or_else(String::new, |loss| loss.to_string()).into(),
         ];
         OPTIONS
             .into_iter()
@@ -135,7 +130,6 @@ impl AgentArguments {
             cores: read(7, &take(7)?, numbers)?,
             beside: read(8, &take(8)?, numbers)?.into_iter().map(CraftId).collect(),
             doom: read(9, &take(9)?, optional)?,
-            loss: read(10, &take(10)?, optional)?,
         })
     }
 }

@@ -5,7 +5,6 @@ use super::{AgentArguments, ArgumentError};
 use crate::process::doom::{Doom, Point};
 use shared_types::ids::{CraftId, Incarnation};
 use shared_types::transport::WakeMode;
-use shared_types::transport::incoming::LinkLoss;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -21,7 +20,6 @@ fn sample(wake: WakeMode, cores: &[u32]) -> AgentArguments {
         cores: cores.to_vec(),
         beside: cores.iter().copied().map(CraftId).collect(),
         doom: cores.first().map(|&after| Doom { point: Point::Send, after }),
-        loss: cores.first().map(|&per_million| LinkLoss { per_million, seed: 3 }),
     }
 }
 

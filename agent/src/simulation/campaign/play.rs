@@ -130,6 +130,7 @@ fn spec(case: &Case) -> EpochSpec {
         }),
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: Some(RecoverySpec::patient(PATIENCE_NS)),
+        link: None,
     }
 }
 

@@ -148,6 +148,7 @@ impl<E: Endpoint> Turns<'_, E> {
             open: None,
             reasoning: Reasoning::default(),
             recovery: Some(RecoverySpec { patience_ns: PATIENCE_NS, lives: self.lives }),
+            link: None,
         }
     }
 

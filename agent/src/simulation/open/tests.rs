@@ -1,7 +1,7 @@
 //! What was played against what the trace alone demands.
 
 use super::SimulatedOpen;
-use crate::oracle::{ExpectedOpen, ObservedOpen, compare_open, disagreements};
+use crate::oracle::{ExpectedOpen, ObservedOpen, compare_open, compare_recovered, disagreements};
 use crate::simulation::Simulation;
 use hdrhistogram::Histogram;
 use hdrhistogram::serialization::Deserializer;
@@ -9,10 +9,12 @@ use proptest::prelude::{ProptestConfig, prop_assert_eq, proptest};
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::{BoardNetwork, Csr, FleetNetwork, FleetView, Topology, Value};
 use shared_types::rng::{Purpose, Stream};
-use shared_types::trace::TraceRecord;
+use shared_types::trace::{TraceRecord, to_words};
+use shared_types::transport::link::{LinkCounts, StatedLink};
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::wire::{
-    Class, EpochSpec, OpenReport, OpenSpec, ReadSeen, Stage, StrategyKind, TrialReport,
+    Class, CutOff, EpochSpec, LinkSpec, OpenReport, OpenSpec, OutageSpec, ReadSeen, RecoverySpec,
+    Stage, StrategyKind, TrialReport,
 };
 
 const STRATEGIES: [StrategyKind; 8] = [
@@ -92,6 +94,7 @@ fn spec(strategy: StrategyKind, record_bytes: u32) -> EpochSpec {
         turns_max: 1,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: Some(OpenSpec {
             duration_ns: 50_000_000,
             slice_ns: 10_000_000,
@@ -249,6 +252,39 @@ fn the_last_write_of_a_slow_trace_holds_on_every_board_that_shares_it() {
             assert!(knowledge.max() < 1_000_000, "each was known before the next");
             assert!(knowledge.min() > 0);
         }
+    }
+}
+
+#[test]
+fn links_act_in_a_simulated_interval_and_every_board_holds_what_is_promised() {
+    let mut network = network(5, 3);
+    let trace = trace(5, 3, 200_000);
+    network.trace = trace.iter().map(|part| to_words(part)).collect();
+    let view = network.view();
+    let whom = CutOff::Group(vec![1]);
+    let link = LinkSpec {
+        loss_per_billion: 100_000_000,
+        duplication_per_billion: 200_000_000,
+        delay_ns: 100_000,
+        jitter_ns: 300_000,
+        bandwidth_bits_per_s: Some(50_000_000),
+        outages: vec![OutageSpec { from_ns: 1_000_000, until_ns: 3_000_000, whom }],
+        positions_ns: Vec::new(),
+    };
+    let mut all = LinkCounts::default();
+    for strategy in STRATEGIES {
+        let recovery = Some(RecoverySpec::patient(2_000_000));
+        let spec = EpochSpec { recovery, ..spec(strategy, 16) };
+        let mut simulation = Simulation::new(5, MemoryOptions::default());
+        simulation.network().set_link(StatedLink::new(link.clone(), 7));
+        let played = simulation.play_open(&spec, &view, &trace).expect("it is played");
+        let observed = ObservedOpen { reports: &played.reports, is_quiet: true };
+        assert_eq!(compare_recovered(&spec, &view, &observed, &[]), [], "{strategy}");
+        all += played.links;
+    }
+    let LinkCounts { lost, cut_off, doubled, delayed, overtaken } = all;
+    for count in [lost, cut_off, doubled, delayed, overtaken] {
+        assert!(count > 20, "{all:?}");
     }
 }
 

@@ -8,10 +8,13 @@ use orchestrator::results::load::{LoadRecord, LoadRecovery};
 use orchestrator::results::read::{LoadCell, RunData};
 use orchestrator::results::record::{Cell, Counts, Overhead};
 use orchestrator::results::statistics::Distribution;
-use shared_types::wire::{Losses, Stage, StrategyKind, Traffic};
+use shared_types::wire::{LinkCounts, Losses, Stage, StrategyKind, Traffic};
 use std::collections::BTreeMap;
 
 const SAMPLES: u64 = 1_000_000;
+
+const LOST: LinkCounts =
+    LinkCounts { lost: 10_101, cut_off: 0, doubled: 0, delayed: 0, overtaken: 0 };
 
 fn soak(has_faults: bool) -> Soak {
     Soak {
@@ -30,7 +33,7 @@ fn record(part: u32, has_faults: bool) -> LoadRecord {
     let traffic = Traffic { transmissions: SAMPLES, deliveries: SAMPLES, ..Traffic::default() };
     let counts = Counts { replication: traffic, ..Counts::default() };
     let recovery =
-        LoadRecovery { deaths: KILLS, repeats: 9, lost_on_link: 10_101, ..LoadRecovery::default() };
+        LoadRecovery { deaths: KILLS, repeats: 9, links: LOST, ..LoadRecovery::default() };
     let lateness = Distribution { max_ns: 900_000_000, ..Distribution::default() };
     LoadRecord {
         cell: Cell { block: 0, size: 10, strategy: StrategyKind::Boundary },
@@ -149,8 +152,8 @@ fn with_faults_each_must_have_struck_and_be_made_up_for() {
         told(true, |run| spoil(run.loads[2].record.recovery.as_mut().unwrap()))
     };
     assert_eq!(spoilt(|recovery| recovery.deaths -= 1), "part 3: 1 deaths where 2 were stated");
-    assert!(spoilt(|recovery| recovery.lost_on_link = 0).contains("links lost 0, not 10000"));
-    assert!(spoilt(|recovery| recovery.lost_on_link *= 3).contains("part 3: links lost 30303"));
+    assert!(spoilt(|recovery| recovery.links.lost = 0).contains("links lost 0, not 10000"));
+    assert!(spoilt(|recovery| recovery.links.lost *= 3).contains("part 3: links lost 30303"));
     assert!(spoilt(|recovery| recovery.repeats = 0).contains("nothing was sent again"));
     assert!(spoilt(|recovery| recovery.states_missed = 1).contains("had no answer"));
     let never_stopped = told(true, |run| {
@@ -166,7 +169,7 @@ fn few_samples_say_nothing_of_a_share() {
     let few = told(true, |run| {
         let record = &mut run.loads[0].record;
         record.counts.replication.deliveries = 1000;
-        record.recovery.as_mut().unwrap().lost_on_link = 60;
+        record.recovery.as_mut().unwrap().links.lost = 60;
     });
     assert_eq!(few, "", "{LOSS} of 1060 are too few");
 }

@@ -14,6 +14,7 @@ use crate::results::store::{Place, Store};
 use crate::results::summary::Summary;
 use hdrhistogram::Histogram;
 use shared_types::rng::{Purpose, Stream};
+use shared_types::transport::link::LinkCounts;
 use shared_types::wire::{Losses, Stage, StrategyKind};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -41,7 +42,7 @@ pub(crate) const RECOVERY: LoadRecovery = LoadRecovery {
     given_up: 3,
     learnt: 11,
     states_missed: 1,
-    lost_on_link: 41,
+    links: LinkCounts { lost: 41, cut_off: 7, doubled: 2, delayed: 19, overtaken: 4 },
     dropped: 5,
 };
 

@@ -58,6 +58,7 @@ fn spec(strategy: StrategyKind) -> EpochSpec {
         turns_max: 1_000,
         reasoning: shared_types::reasoning::Reasoning::default(),
         recovery: None,
+        link: None,
         open: Some(INTERVAL),
     }
 }

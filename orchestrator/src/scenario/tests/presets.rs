@@ -1,16 +1,16 @@
 //! Every preset reads, checks, compiles, and survives being written back.
 
 use crate::scenario::{
-    Base, NameTable, Override, PRESETS, ResolvedScenario, SimulatedLink, compile, find_preset,
-    load, load_text,
+    Base, NameTable, Override, PRESETS, ResolvedScenario, compile, find_preset, load, load_text,
 };
 use agent::lockstep::Outcome;
 use agent::oracle::{Observed, Replay, compare};
 use agent::simulation::Simulation;
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::FleetNetwork;
+use shared_types::transport::link::StatedLink;
 use shared_types::transport::memory::MemoryOptions;
-use shared_types::wire::{EpochSpec, StrategyKind};
+use shared_types::wire::{EpochSpec, LinkSpec, StrategyKind};
 
 fn preset(name: &str) -> ResolvedScenario {
     match load(&Base::Preset(name.to_owned()), [], &[]) {
@@ -96,8 +96,8 @@ fn every_preset_plays_as_replayed_under_all_its_strategies() {
         let network = compiled(&scenario);
         let fleet = network.view();
         let mut simulation = Simulation::new(fleet.craft_count(), MemoryOptions::default());
-        if let Some(link) = SimulatedLink::of(&scenario, 7) {
-            simulation.network().set_link(link);
+        if let Some(link) = scenario.link_spec() {
+            simulation.network().set_link(StatedLink::new(link.clone(), 7));
         }
         for &strategy in scenario.strategies() {
             if strategy == StrategyKind::Null {
@@ -126,14 +126,14 @@ fn positions_delay_a_simulated_mission_and_change_nothing_else() {
     let scenario = preset("planetary-survey");
     let network = compiled(&scenario);
     let spec = scenario.epoch_spec(StrategyKind::Boundary, 0);
-    let play = |link: Option<SimulatedLink>| {
+    let play = |link: Option<&LinkSpec>| {
         let mut simulation = Simulation::new(9, MemoryOptions::default());
         if let Some(link) = link {
-            simulation.network().set_link(link);
+            simulation.network().set_link(StatedLink::new(link.clone(), 7));
         }
         simulation.play(&spec, &network.view()).unwrap()
     };
-    let (near, far) = (play(None), play(SimulatedLink::of(&scenario, 7)));
+    let (near, far) = (play(None), play(scenario.link_spec()));
     assert_eq!(near.path, far.path);
     // The order goes down and two summaries come up, over 400 km each.
     let slower_ns = far.duration_ns.saturating_sub(near.duration_ns);
@@ -196,12 +196,12 @@ fn groups_are_led_by_the_member_nearest_the_root() {
 fn positions_give_delay_and_range() {
     let scenario = preset("planetary-survey");
     let id = |name| scenario.names().craft_id(name).unwrap();
-    let links = scenario.links();
+    let links = scenario.link_spec().unwrap();
     // 397.6 km up and 21.1 km across at the speed of light.
     let up_ns = links.delay_ns(id("aerial-1"), id("orbiter"));
     assert!((1_326_000..1_328_500).contains(&up_ns), "{up_ns}");
     assert_eq!(up_ns, links.delay_ns(id("orbiter"), id("aerial-1")));
-    assert!(!links.is_out_of_range(id("ground-1"), id("orbiter")));
+    assert!(!scenario.links().is_out_of_range(id("ground-1"), id("orbiter")));
     assert_eq!(scenario.notices().len(), 1);
 }
 

@@ -9,13 +9,17 @@ use super::{BellFactory, Factory, Listener, Node, Subscriber};
 use crate::ids::{CraftId, Incarnation};
 use crate::limits::{DRAIN_BURST, DRAIN_SAMPLES_MAX, INBOX_PAYLOAD_BYTES};
 use crate::time::Nanos;
-use crate::transport::incoming::{Incoming, LinkLoss};
+use crate::transport::held::Copied;
+use crate::transport::incoming::Incoming;
 use crate::transport::intake::{Intake, Through};
+use crate::transport::link::StatedLink;
 use crate::transport::outbox::Outbox;
 use crate::transport::paths::RunPaths;
 use crate::transport::sequence::Sequences;
 use crate::transport::topic::Service;
-use crate::transport::{Destination, Endpoint, Numbered, Peers, SendError, WakeMode, WorldSample};
+use crate::transport::{
+    Destination, Endpoint, Numbered, Peers, SendError, WakeMode, WorldSample, clock,
+};
 use crate::wire::{Header, Losses};
 use iceoryx2::port::update_connections::UpdateConnections;
 use std::os::fd::BorrowedFd;
@@ -72,7 +76,7 @@ pub struct IceoryxEndpoint {
     pub(super) bell: Listener,
     pub(super) scratch: Vec<u8>,
     pub(super) missed: Vec<CraftId>,
-    /// What links lose on their way here, where they lose something.
+    /// The links to here, while they do something.
     incoming: Option<Incoming>,
     // Services and node last: ports go before what they belong to.
     _bell_service: BellFactory,
@@ -141,20 +145,14 @@ impl IceoryxEndpoint {
         Ok(endpoint)
     }
 
-    /// The same endpoint behind links that lose `loss`, in epochs that are exposed to it.
-    #[must_use]
-    pub fn behind_links(mut self, loss: Option<LinkLoss>) -> Self {
-        self.incoming = loss.map(|loss| Incoming::new(loss, self.own, self.options.craft_count));
-        self
-    }
-
     /// Samples that wait in the outbox.
     #[must_use]
     pub const fn waiting(&self) -> usize {
         self.outbox.waiting()
     }
 
-    /// Sleeps until somebody rings, one of `others` is readable, or `until`; at most half a second.
+    /// Sleeps until somebody rings, one of `others` is readable, a sample is due that links hold up, or
+    /// `until`; at most half a second.
     /// See [`super::IdleWait`] for what a loop should call.
     ///
     /// # Errors
@@ -164,7 +162,8 @@ impl IceoryxEndpoint {
         until: Option<Nanos>,
         others: &[BorrowedFd<'_>],
     ) -> Result<Wake, SendError> {
-        wake::sleep(&self.bell, until, others)
+        let held = self.incoming.as_ref().and_then(Incoming::next_due);
+        wake::sleep(&self.bell, until.into_iter().chain(held).min(), others)
     }
 
     /// Rings every craft's bell, so that all of them look up; for endings.
@@ -304,14 +303,21 @@ impl Endpoint for IceoryxEndpoint {
         &mut self,
         visit: &mut dyn FnMut(Destination, &Header, &[u8]),
     ) -> Result<usize, SendError> {
-        let Self { inbox, turn, multicast, intake, incoming, losses, .. } = self;
+        let Self { inbox, turn, multicast, intake, incoming, .. } = self;
         let subscribers = [
             (Some(&*inbox), Through::Inbox),
             (turn.as_ref(), Through::Broadcast),
             (multicast.as_ref(), Through::Broadcast),
         ];
         let mut visited = 0;
+        let mut admit = |through, header: &Header, payload: &[u8]| {
+            if let Some(destination) = intake.admit(through, header, payload) {
+                visit(destination, header, payload);
+                visited += 1;
+            }
+        };
         let mut received = 0;
+        let now = incoming.as_ref().map_or(Nanos(0), |_| clock::now());
         loop {
             let mut is_any_left = false;
             for (subscriber, through) in subscribers {
@@ -326,22 +332,26 @@ impl Endpoint for IceoryxEndpoint {
                     };
                     burst += 1;
                     let (header, payload) = (sample.user_header(), sample.payload());
-                    if incoming.as_mut().is_some_and(|incoming| incoming.loses(header)) {
-                        losses.lost_on_link += 1;
-                        continue;
-                    }
-                    if let Some(destination) = intake.admit(through, header, payload) {
-                        visit(destination, header, payload);
-                        visited += 1;
+                    let times = incoming
+                        .as_mut()
+                        .map_or(1, |incoming| incoming.take(now, through, header, payload));
+                    for _ in 0..times {
+                        admit(through, header, payload);
                     }
                 }
                 is_any_left |= burst == DRAIN_BURST;
                 received += burst;
             }
             if !is_any_left || received >= DRAIN_SAMPLES_MAX {
-                return Ok(visited);
+                break;
             }
         }
+        if let Some(incoming) = incoming {
+            while let Some(Copied { through, header, payload }) = incoming.release(now) {
+                admit(*through, header, payload);
+            }
+        }
+        Ok(visited)
     }
 
     fn next_number(&self, to: Destination) -> u64 {
@@ -362,10 +372,8 @@ impl Endpoint for IceoryxEndpoint {
         self.intake.numbers(service)
     }
 
-    fn expose(&mut self, is_exposed: bool) {
-        if let Some(incoming) = &mut self.incoming {
-            incoming.expose(is_exposed);
-        }
+    fn expose(&mut self, link: Option<StatedLink>) {
+        self.incoming = link.map(|link| Incoming::new(link, self.own, self.options.craft_count));
     }
 
     fn discard(&mut self, craft: CraftId) -> usize {
@@ -383,6 +391,7 @@ impl Endpoint for IceoryxEndpoint {
     fn take_losses(&mut self) -> Losses {
         let mut losses = std::mem::take(&mut self.losses);
         losses += self.intake.take_losses();
+        losses.links += self.incoming.as_mut().map(Incoming::take_counts).unwrap_or_default();
         losses
     }
 }

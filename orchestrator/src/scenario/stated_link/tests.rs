@@ -1,9 +1,11 @@
 //! What each key of `[link]` makes of single samples, and when a fleet repairs it.
 
-use super::{Link, RunMode, SimulatedLink, Verdict, recovery};
+use super::{RunMode, simulated_recovery};
 use crate::scenario::{ResolvedScenario, load_text};
 use shared_types::ids::CraftId;
+use shared_types::limits::REAL_PATIENCE_NS;
 use shared_types::time::Nanos;
+use shared_types::transport::link::{Link, StatedLink, Verdict};
 use shared_types::wire::{Class, HEADER_BYTES, Header, Kind, RecoverySpec, StrategyKind};
 
 /// A fleet of `a`, `b` and `c` with `keys` in its file.
@@ -15,8 +17,10 @@ fn scenario(keys: &str) -> ResolvedScenario {
     load_text("links.toml", &text, &[]).expect("a scenario")
 }
 
-fn link(keys: &str) -> SimulatedLink {
-    SimulatedLink::of(&scenario(keys), 7).expect("something happens on these links")
+fn link(keys: &str) -> StatedLink {
+    let scenario = scenario(keys);
+    let spec = scenario.link_spec().expect("something happens on these links");
+    StatedLink::new(spec.clone(), 7)
 }
 
 /// A sample of `source` with `length` bytes behind its header.
@@ -114,7 +118,19 @@ fn fleets_repair_what_is_not_in_order_in_simulation() {
     let outage = "[[link.outages]]\ncraft = \"a\"\nfrom-ms = 0\nuntil-ms = 9000\n";
     assert_eq!(of(outage), patience(9_000_000));
     assert_eq!(of("link.delay-ms = 2\nlink.bandwidth-bits-per-s = 1e6\n"), None);
-    let mut real = scenario("link.loss = 0.5\n").scenario().clone();
+}
+
+#[test]
+fn real_intervals_repair_on_every_link_that_does_anything() {
+    let of = |keys: &str| scenario(keys).open_recovery().map(|recovery| recovery.patience_ns);
+    assert_eq!(of(""), None);
+    assert_eq!(of("link.loss = 0.5\n"), Some(REAL_PATIENCE_NS));
+    assert_eq!(of("link.delay-ms = 2\n"), Some(REAL_PATIENCE_NS + 8_000_000));
+    assert_eq!(of("faults.restart = 'on-failure'\n"), Some(REAL_PATIENCE_NS));
+    let outage = "[[link.outages]]\ncraft = \"a\"\nfrom-ms = 0\nuntil-ms = 20000\n";
+    assert_eq!(of(outage), Some(2 * REAL_PATIENCE_NS));
+    let lossy = scenario("link.loss = 0.5\n");
+    let mut real = lossy.scenario().clone();
     real.run.mode = RunMode::Lockstep;
-    assert_eq!(recovery(&real), None);
+    assert_eq!(simulated_recovery(&real, lossy.link_spec()), None, "a turn loses nothing");
 }
