@@ -24,6 +24,7 @@ use crate::supervision::watch::CraftEnded;
 use agent::process::doom::Doom;
 use shared_types::ids::CraftId;
 use shared_types::transport::clock;
+use shared_types::wire::StrategyKind;
 use std::collections::BTreeMap;
 
 /// Draws of crafts that are doomed when the fleet is started; with the one at the end they make named kills
@@ -66,17 +67,20 @@ pub(super) enum Cut {
 }
 
 impl Campaign<'_> {
-    /// Plays a round on a fresh fleet: intervals of open mode if `is_open` and the strategy plays them, else
+    /// Plays a round on a fresh fleet: intervals of open mode if `is_open` and a strategy plays them, else
     /// trials.
     pub(super) fn round_on_fleet(
         &mut self,
         scenario: &ResolvedScenario,
         is_open: bool,
     ) -> Result<Early, StoreError> {
-        let strategy = self.draws.strategy(scenario.strategies());
+        let playing = scenario.strategies().iter().filter(|strategy| strategy.plays_traces());
+        let playing: Vec<StrategyKind> = playing.copied().collect();
+        let is_open = is_open && !playing.is_empty();
+        let strategies = if is_open { &playing } else { scenario.strategies() };
+        let strategy = self.draws.strategy(strategies);
         let size = scenario.craft_count();
         let processes = size + u32::from(strategy.has_centre());
-        let is_open = is_open && strategy.plays_traces();
         let setting = Setting { size, strategy, wake: self.draws.wake(), is_open };
         let stage = match Stage::new(scenario, strategy, self.draws.trial(), is_open) {
             Ok(stage) => stage,

@@ -59,6 +59,7 @@ impl IntervalStage {
             ignores_finals: true,
             reasoning: shared_types::reasoning::Reasoning::default(),
             recovery: scenario.open_recovery(),
+            link: scenario.link_spec().cloned(),
             open: Some(OpenSpec {
                 duration_ns: INTERVAL_NS,
                 slice_ns: INTERVAL_NS,
