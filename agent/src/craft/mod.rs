@@ -261,6 +261,7 @@ impl Craft {
         if result.is_err() {
             self.counting.counters.losses.refused += 1;
         }
+        self.call_back();
         result
     }
 

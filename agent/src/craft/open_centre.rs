@@ -34,6 +34,8 @@ struct Seat {
     request: u32,
     /// Whether its client is gone.
     is_gone: bool,
+    /// Whether its client was told that nothing will come any more.
+    is_dismissed: bool,
 }
 
 /// The centre of a fleet in open mode.
@@ -61,6 +63,7 @@ impl OpenCentre {
             seat.authors.reset(board.fact_count, spec.recovery.is_some());
             seat.news.clear();
             (seat.writes_no_more, seat.is_gone, seat.request) = (false, false, 0);
+            seat.is_dismissed = false;
         }
         self.applied.clear();
         self.is_caught_up = true;
@@ -152,7 +155,7 @@ impl OpenCentre {
         let is_silent =
             self.is_caught_up && self.seats.iter().all(|seat| seat.writes_no_more || seat.is_gone);
         let centre = CraftId::from_index(self.seats.len());
-        let news = &mut self.seats[asker.index()].news;
+        let Seat { news, is_dismissed, .. } = &mut self.seats[asker.index()];
         let fitting = news.len().min(self.records_max);
         let mut header = header(Class::Reply, Kind::Reply, centre, self.epoch, Turn(0));
         header.intended_ns = request.intended_ns;
@@ -162,6 +165,7 @@ impl OpenCentre {
             (false, true) => ALL_IS_SAID,
             (false, false) => 0,
         };
+        *is_dismissed = header.argument == ALL_IS_SAID;
         let range = out.put_timed(news.drain(..fitting));
         out.send(Destination::Craft(asker), header, range, counting);
     }
@@ -171,10 +175,23 @@ impl OpenCentre {
         self.is_caught_up = !is_reborn;
     }
 
+    /// Clients that were dismissed too early: what others had lost came after it.
+    pub(super) fn dismissed_too_early(&self) -> impl Iterator<Item = CraftId> + use<'_> {
+        let seats = (0..).map(CraftId).zip(&self.seats);
+        let missed = |seat: &Seat| seat.is_dismissed && !seat.news.is_empty() && !seat.is_gone;
+        seats.filter(move |(_, seat)| missed(seat)).map(|(craft, _)| craft)
+    }
+
+    /// Whether something waits for the next request of `client`.
+    pub(super) fn has_news_for(&self, client: CraftId) -> bool {
+        self.seats.get(client.index()).is_some_and(|seat| !seat.news.is_empty())
+    }
+
     /// A client that is gone writes no more; one that is back may.
     pub(super) fn member_changed(&mut self, craft: CraftId, is_gone: bool) {
         if let Some(seat) = self.seats.get_mut(craft.index()) {
             (seat.writes_no_more, seat.is_gone, seat.request) = (false, is_gone, 0);
+            seat.is_dismissed = false;
             if is_gone {
                 seat.news.clear();
             }

@@ -68,6 +68,8 @@ pub(super) struct OpenClient {
     /// When it asks what is new, if it has nothing to send until then.
     asks_at: Nanos,
     is_finished: bool,
+    /// Whether the interval was given up: nothing is asked any more.
+    has_given_up: bool,
     applied: Vec<Applied>,
 }
 
@@ -97,7 +99,7 @@ impl OpenClient {
         self.unsent.clear();
         self.awaits_reply = false;
         self.request = 0;
-        self.is_finished = false;
+        (self.is_finished, self.has_given_up) = (false, false);
         self.applied.clear();
     }
 
@@ -115,6 +117,11 @@ impl OpenClient {
 
     pub(super) const fn mirror(&self) -> &Blackboard {
         &self.mirror
+    }
+
+    /// Whether it was told that nothing will come any more.
+    pub(super) const fn is_finished(&self) -> bool {
+        self.is_finished
     }
 
     /// What it still has to do at `now`.
@@ -212,7 +219,7 @@ impl OpenClient {
     /// Sends nothing any more: the interval was given up.
     pub(super) fn give_up(&mut self) {
         self.unsent.clear();
-        self.is_finished = true;
+        (self.is_finished, self.has_given_up) = (true, true);
     }
 
     /// Stamps what was applied since the last call as known at `now`.
@@ -266,7 +273,7 @@ impl OpenClient {
     /// No answer will come to what was asked: asks anew from `now` on.
     pub(super) fn begin_again(&mut self, now: Nanos) {
         self.awaits_reply = false;
-        self.is_finished = false;
+        self.is_finished = self.has_given_up;
         self.asks_at = now;
     }
 

@@ -18,6 +18,9 @@ use shared_types::wire::{
 };
 use std::ops::Range;
 
+/// Hop count of a centre's question: news waits for its client, which is to ask for it.
+const CALLS: u16 = 1;
+
 impl Craft {
     /// The same process in its life `incarnation`.
     ///
@@ -147,7 +150,13 @@ impl Craft {
             return false;
         }
         let mut questions = std::mem::take(&mut self.questions);
-        recovery.questions(now, &mut questions);
+        let is_idle = recovery.questions(now, &mut questions);
+        if let Role::OpenClient(client) = &mut self.role
+            && is_idle
+        {
+            // Whatever became of the answer, it does not come any more.
+            client.stop_waiting(now);
+        }
         for question in questions.drain(..) {
             self.ask_state(question, fleet, out);
         }
@@ -192,6 +201,15 @@ impl Craft {
             self.tell_centre();
         }
         Ok(())
+    }
+
+    /// Calls clients back that a centre dismissed before it knew everything.
+    pub(super) fn call_back(&mut self) {
+        if let (Role::OpenCentre(centre), Some(recovery)) = (&self.role, &mut self.recovery) {
+            for client in centre.dismissed_too_early() {
+                let _is_new = recovery.ask_from(client, self.arrived);
+            }
+        }
     }
 
     /// Tells a centre whether it has caught up.
@@ -263,6 +281,10 @@ impl Craft {
         let mut header = header(Class::Ack, Kind::Digest, self.craft, self.epoch, Turn(facts.end));
         (header.argument, header.firing_number) = (question.number, facts.start);
         let start = out.changes.len();
+        header.hop_count = match &self.role {
+            Role::OpenCentre(centre) if centre.has_news_for(question.to) => CALLS,
+            _ => 0,
+        };
         match &self.role {
             Role::Open(craft) => craft.digest(question.to, facts, fleet, &mut out.changes),
             Role::OpenClient(client) => client.digest(facts, &mut out.changes),
@@ -300,6 +322,9 @@ impl Craft {
             Role::Open(craft) => craft.newer_at(asker, known, fleet),
             Role::OpenClient(client) => {
                 client.stop_waiting(self.arrived);
+                if asked.hop_count == CALLS && client.is_finished() {
+                    client.begin_again(self.arrived);
+                }
                 newer_than(client.mirror(), known)
             }
             Role::OpenCentre(centre) => centre.newer_at(asker, known),

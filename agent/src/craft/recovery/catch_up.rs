@@ -76,8 +76,8 @@ impl Recovery {
         }
     }
 
-    /// Begins a round with `craft` at `at`; says whether it does, or one is under way already.
-    fn ask_from(&mut self, craft: CraftId, at: Nanos) -> bool {
+    /// Begins a round with `craft` at `at`; says whether it does: not while one is under way.
+    pub(in crate::craft) fn ask_from(&mut self, craft: CraftId, at: Nanos) -> bool {
         let peer = &mut self.peers[craft.index()];
         if peer.is_gone || peer.pulling.is_on() {
             return false;
@@ -94,10 +94,11 @@ impl Recovery {
         self.stir();
     }
 
-    /// The questions that are due.
-    pub(in crate::craft) fn questions(&mut self, now: Nanos, due: &mut Vec<Question>) {
+    /// The questions that are due; says whether the process has been idle for a while, once each time.
+    pub(in crate::craft) fn questions(&mut self, now: Nanos, due: &mut Vec<Question>) -> bool {
         self.look(now);
-        if self.idle_at <= now {
+        let is_idle = self.idle_at <= now;
+        if is_idle {
             self.idle_at = NEVER;
             self.ask_everybody(now);
         }
@@ -116,6 +117,7 @@ impl Recovery {
             }
         }
         self.counted.digests += due.len() as u64;
+        is_idle
     }
 
     /// A state arrived: says which question comes next, if it does not end the round.
@@ -164,7 +166,7 @@ mod tests {
     /// What is asked at `at`, each question answered at once.
     fn asked(recovery: &mut Recovery, at: u64) -> Vec<Question> {
         let mut due = Vec::new();
-        recovery.questions(Nanos(at), &mut due);
+        assert!(!recovery.questions(Nanos(at), &mut due), "it never was idle");
         for question in &due {
             let mut answer = Header::new(Class::Repair, Kind::State);
             (answer.source, answer.argument) = (question.to.0, question.number);
