@@ -240,8 +240,7 @@ fn notices(scenario: &Scenario, has_links: bool) -> Vec<String> {
     let notices = [
         (
             run.mode == RunMode::Lockstep && has_links,
-            "`link` acts in simulation and in intervals of open mode; turns of real processes send as if \
-             nothing were between them",
+            "`link` acts in simulation and in open mode, not in real lockstep",
         ),
         (
             run.rate_per_s.is_some() && !(run.mode == RunMode::Open && scenario.load.is_empty()),

@@ -130,11 +130,13 @@ impl Place {
 
     /// Waits until an epoch after the first `count` is done in the newest run.
     pub(crate) fn await_epochs(&self, count: usize) {
-        until("an epoch to be done", || {
-            let events = self.results()?.events;
-            let done = events.iter().filter(|line| matches!(line.event, Event::EpochDone { .. }));
-            (done.count() > count).then_some(())
-        });
+        until("an epoch to be done", || (self.epochs_done() > count).then_some(()));
+    }
+
+    /// Epochs that are done in the newest run.
+    pub(crate) fn epochs_done(&self) -> usize {
+        let events = self.results().map(|results| results.events).unwrap_or_default();
+        events.iter().filter(|line| matches!(line.event, Event::EpochDone { .. })).count()
     }
 
     /// Fails if anything is left of `runs` or of any other run below the base.
