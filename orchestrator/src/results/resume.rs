@@ -2,8 +2,9 @@
 //!
 //! A fleet whose last event is there is complete, unless records and long form disagree on it, as a power
 //! cut may leave them. What the other fleets left is dropped, file by file, each replaced in one step, so
-//! that a kill meanwhile changes nothing that counts. What went wrong stays told. The seed decides everything else, so a run may only go on with the plan, the
-//! build and the host with which it began. Not here: which fleets are planned (the run loop asks).
+//! that a kill meanwhile changes nothing that counts. What went wrong stays told. The seed decides
+//! everything else, so a run may only go on with the plan, the build and the host with which it began. Not
+//! here: which fleets are planned (the run loop asks).
 
 use super::complete;
 use super::event::{Event, EventLine};

@@ -4,8 +4,9 @@
 //! A verdict is given on each sample that another craft sent, by the judge of the simulator and for the
 //! time at which it was published, before its number is looked at: its receiver cannot tell a sample that
 //! was lost from one that was never sent. A sample that comes later than its link would have brought it has
-//! waited enough. What is repeated says when it was published first, and is judged for when it is taken. Not here: the verdicts ([`super::link::StatedLink`]), and when links act (the
-//! shell, by [`super::Endpoint::expose`]).
+//! waited enough. What is repeated says when it was published first, and is judged for when it is taken.
+//! Not here: the verdicts ([`super::link::StatedLink`]), and when links act (the shell, by
+//! [`super::Endpoint::expose`]).
 
 use super::held::{Copied, Held};
 use super::intake::Through;
