@@ -98,7 +98,8 @@ pub struct LoadRecord {
 pub struct LoadRecovery {
     /// Processes that died and were followed by a new life.
     pub deaths: u64,
-    /// Records of the trace that were due while their craft did not live, and were not made.
+    /// Records of the trace that were due before a successor came, which skipped them: those between death
+    /// and return were never made.
     pub records_missed: u64,
     /// Samples sent again.
     pub repeats: u64,

@@ -58,8 +58,8 @@ impl Runner<'_> {
         let missed = measured.recovery.map_or(0, |recovery| recovery.records_missed);
         if missed > 0 {
             self.note(format!(
-                "{phase}: {missed} records of the trace were due while their craft did not live, and \
-                 were not made"
+                "{phase}: {missed} records of the trace were due before a successor came, which skips \
+                 them; its earlier life made those before its death"
             ))?;
         }
         if played.is_quiet && !measured.losses.is_partial() {
