@@ -371,3 +371,6 @@ pub(super) fn is_news(told: &Change, fact: FactId, known: &[Change]) -> bool {
 pub(super) fn within(facts: Range<u32>, count: u32) -> impl Iterator<Item = FactId> {
     (facts.start..facts.end.min(count)).map(FactId)
 }
+
+#[cfg(test)]
+mod tests;
