@@ -25,7 +25,7 @@ pub fn values(recovery: &LoadRecovery) -> [(&'static str, u64, &'static str, &'s
             "recovery-records-missed",
             records_missed,
             "record",
-            "records due while their craft did not live",
+            "records due before a successor came, which skips them",
         ),
         ("recovery-lost-on-link", links.lost, "sample", "samples that links lost"),
         ("recovery-cut-off-on-link", links.cut_off, "sample", "samples lost in an outage"),
