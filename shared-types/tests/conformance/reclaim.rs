@@ -232,3 +232,16 @@ fn a_run_whose_processes_were_all_killed_leaves_nothing() {
     assert!(run.paths.segments().expect("listable").is_empty());
     assert!(!run.paths.base().exists());
 }
+
+#[test]
+fn what_a_living_process_is_making_stays_however_slowly_it_makes_it() {
+    let run = Run::new();
+    let port = |process: u32| 99_u128 << 96 | u128::from(process) << 64 | 4_000_000_000;
+    // Between its being made and its being sized its maker got no core for longer than the age.
+    let name = format!("{}_{}.connection", port(std::process::id()), port(std::process::id()) + 1);
+    let segment = segment(&run.paths, &name);
+    File::create(&segment).expect("made");
+    age(&segment);
+    assert_eq!(sweep_unfinished(&run.paths).expect("nothing is waited for"), Removed::default());
+    assert!(segment.exists(), "its maker goes on with it, and nobody else would find it");
+}

@@ -5,14 +5,16 @@ use crate::transport::paths::RunPaths;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What has become of a process.
+/// What has become of the processes that a file's name speaks of, one of which made it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Life {
-    /// It exists and may run.
-    Runs,
-    /// Somebody stopped it: it finishes what it has begun once it is continued.
-    Stopped,
-    /// It is not there any more, or only as something to be reaped.
+pub(super) enum Makers {
+    /// It speaks of none.
+    Unnamed,
+    /// All live, and finish what they have begun, however long they are stopped or get no core.
+    Living,
+    /// Some live, some are gone.
+    SomeGone,
+    /// All are gone: not there any more, or only as something to be reaped.
     Gone,
 }
 
@@ -32,42 +34,43 @@ fn process_in(word: &str) -> Option<u32> {
 }
 
 /// What has become of the processes that `path` speaks of.
-pub(super) fn lives_of(path: &Path) -> Vec<Life> {
-    processes_of(path).map(life_of).collect()
+pub(super) fn makers_of(path: &Path) -> Makers {
+    let (mut living, mut gone) = (0, 0);
+    for process in processes_of(path) {
+        *(if is_gone(process) { &mut gone } else { &mut living }) += 1;
+    }
+    match (living, gone) {
+        (0, 0) => Makers::Unnamed,
+        (_, 0) => Makers::Living,
+        (0, _) => Makers::Gone,
+        _ => Makers::SomeGone,
+    }
 }
 
 /// Whether `path` speaks of processes, and all of them are gone.
 pub(super) fn is_of_the_dead(path: &Path) -> bool {
-    let lives = lives_of(path);
-    !lives.is_empty() && lives.iter().all(|&life| life == Life::Gone)
+    makers_of(path) == Makers::Gone
 }
 
-fn life_of(process: u32) -> Life {
-    life_below(Path::new("/proc"), process)
+fn is_gone(process: u32) -> bool {
+    is_gone_below(Path::new("/proc"), process)
 }
 
-/// What `proc` says of `process`. The state of a process is that of its first thread, which may have ended
-/// while others go on and hold all that the process held; so of one that seems gone every thread is asked.
-fn life_below(proc: &Path, process: u32) -> Life {
+/// Whether `proc` says that `process` is gone. The state of a process is that of its first thread, which may
+/// have ended while others go on and hold all that the process held; so of one that seems gone every thread
+/// is asked.
+fn is_gone_below(proc: &Path, process: u32) -> bool {
     let process = proc.join(process.to_string());
-    match life_in(&process) {
-        Life::Gone => {}
-        life => return life,
-    }
-    let threads = std::fs::read_dir(process.join("task")).into_iter().flatten().flatten();
-    let mut lives = threads.map(|thread| life_in(&thread.path()));
-    lives.find(|&life| life != Life::Gone).unwrap_or(Life::Gone)
+    let threads = || std::fs::read_dir(process.join("task")).into_iter().flatten().flatten();
+    has_ended(&process) && threads().all(|thread| has_ended(&thread.path()))
 }
 
-/// What the file `stat` of a process or thread says.
-fn life_in(directory: &Path) -> Life {
+/// Whether the file `stat` of a process or thread says that it has ended, or is not there.
+fn has_ended(directory: &Path) -> bool {
     let stat = std::fs::read_to_string(directory.join("stat")).unwrap_or_default();
     // The name in parentheses may hold anything, so the state is what follows the last one.
-    match stat.rsplit_once(')').and_then(|(_, rest)| rest.trim_start().chars().next()) {
-        None | Some('Z' | 'X') => Life::Gone,
-        Some('T' | 't') => Life::Stopped,
-        Some(_) => Life::Runs,
-    }
+    let state = stat.rsplit_once(')').and_then(|(_, rest)| rest.trim_start().chars().next());
+    matches!(state, None | Some('Z' | 'X'))
 }
 
 /// The run's segments in shared memory.
@@ -120,7 +123,7 @@ pub(super) fn entries_of(directory: &Path) -> Result<Vec<(PathBuf, bool)>, Recla
 
 #[cfg(test)]
 mod tests {
-    use super::{Life, is_of_the_dead, life_below, life_of, processes_of};
+    use super::{Makers, is_gone, is_gone_below, is_of_the_dead, makers_of, processes_of};
     use std::path::Path;
 
     /// A number as iceoryx2 makes them, of `process`.
@@ -149,18 +152,18 @@ mod tests {
             let stat = format!("41 (a ) b) {state} 1 41 41 0");
             std::fs::write(directory.join("stat"), stat).expect("written");
         };
-        let life = || life_below(proc.path(), 41);
-        assert_eq!(life(), Life::Gone);
+        let is_gone = || is_gone_below(proc.path(), 41);
+        assert!(is_gone());
         for path in ["41", "41/task/41"] {
             say(path, 'Z');
         }
-        assert_eq!(life(), Life::Gone, "it is only to be reaped");
+        assert!(is_gone(), "it is only to be reaped");
         say("41/task/43", 'X');
-        assert_eq!(life(), Life::Gone);
-        say("41/task/42", 'S');
-        assert_eq!(life(), Life::Runs);
-        say("41/task/42", 'T');
-        assert_eq!(life(), Life::Stopped);
+        assert!(is_gone());
+        for state in ['S', 'T', 'R', 'D'] {
+            say("41/task/42", state);
+            assert!(!is_gone());
+        }
     }
 
     #[test]
@@ -168,8 +171,12 @@ mod tests {
         let living = number(std::process::id());
         // No process has this number: the largest that Linux gives is 2^22.
         let dead = number(1 << 23);
-        assert_eq!(life_of(1 << 23), Life::Gone);
-        assert_eq!(life_of(std::process::id()), Life::Runs);
+        assert!(is_gone(1 << 23) && !is_gone(std::process::id()));
+        let makers = |name: &str| makers_of(Path::new(name));
+        assert_eq!(makers("x_lock"), Makers::Unnamed);
+        assert_eq!(makers(&format!("x_{living}_{living}.connection")), Makers::Living);
+        assert_eq!(makers(&format!("x_{living}_{dead}.connection")), Makers::SomeGone);
+        assert_eq!(makers(&format!("x_{dead}_{dead}.connection")), Makers::Gone);
         assert!(is_of_the_dead(Path::new(&format!("x_{dead}.data"))));
         assert!(!is_of_the_dead(Path::new(&format!("x_{living}.data"))));
         assert!(!is_of_the_dead(Path::new(&format!("x_{dead}_{living}.connection"))));

@@ -2,10 +2,12 @@
 //! descriptions of services that may still be written.
 //!
 //! iceoryx2 says by permissions that something is finished: a segment gets the right to read last, a file
-//! loses the right to write. Finishing takes microseconds, so age tells what was left behind, unless its
-//! maker is stopped and will go on. What only the dead can have made needs no age.
+//! loses the right to write. Whose it is stands in the name: what only the living can have made is left to
+//! them, for one that was stopped or got no core in the middle goes on with it, and would then share it with
+//! nobody; what only the dead can have made needs no age. Of the rest finishing takes microseconds, so age
+//! tells what was left behind.
 
-use super::files::{Life, files_below, lives_of, remove_file, segments_of};
+use super::files::{Makers, files_below, makers_of, remove_file, segments_of};
 use super::{ReclaimError, Removed, UNFINISHED_AGE};
 use crate::transport::paths::RunPaths;
 use std::fs::Metadata;
@@ -89,20 +91,12 @@ fn judge(path: &Path, is_unfinished: impl Fn(&Metadata) -> bool) -> Verdict {
     let Some(found) = std::fs::symlink_metadata(path).ok().filter(is_unfinished) else {
         return Verdict::Kept;
     };
-    let lives = lives_of(path);
-    let is_anybody_dead = lives.contains(&Life::Gone);
-    if is_anybody_dead && lives.iter().all(|&life| life == Life::Gone) {
-        return Verdict::LeftBehind;
-    }
-    if !is_anybody_dead && lives.contains(&Life::Stopped) {
-        return Verdict::Kept;
+    match makers_of(path) {
+        Makers::Living => return Verdict::Kept,
+        Makers::Gone => return Verdict::LeftBehind,
+        Makers::SomeGone | Makers::Unnamed => {}
     }
     // A time that lies ahead is a clock that was set back: as old as now.
     let age = found.modified().ok().and_then(|touched| touched.elapsed().ok());
-    match age {
-        Some(age) if age >= UNFINISHED_AGE => Verdict::LeftBehind,
-        // Nothing of the dead is held up by what the living are just making between them.
-        _ if !lives.is_empty() && !is_anybody_dead => Verdict::Kept,
-        _ => Verdict::Young,
-    }
+    if age.is_some_and(|age| age >= UNFINISHED_AGE) { Verdict::LeftBehind } else { Verdict::Young }
 }
