@@ -89,6 +89,11 @@ pub const LIVES_MAX: u32 = u32::MAX / VERSIONS_PER_LIFE;
 /// Longest sleep of a process, ns: within a second it must see that its orchestrator is gone.
 pub const SLEEP_NS_MAX: u64 = 500_000_000;
 
+/// How long a process waits for another that is making what both share, ns. Whoever stops waiting is never
+/// connected, so it is long: making takes microseconds of a host that lets the other run, and what the
+/// dead did not finish is swept meanwhile. Nobody is killed as silent before it has passed.
+pub const CREATION_PATIENCE_NS: u64 = 3_000_000_000;
+
 /// How long a process with a full outbox sleeps at most, ns: nobody rings when an inbox has room.
 pub const OUTBOX_RETRY_NS: u64 = 1_000_000;
 

@@ -1,6 +1,6 @@
-//! A craft that kills itself, or falls silent, where it was told to, so that what follows can be seen.
+//! A craft that kills itself, or falls silent or deaf, where it was told to, so that what follows can be seen.
 //!
-//! A [`Doom`] comes on the craft's command line and is obeyed, with SIGKILL but for one: at a point of
+//! A [`Doom`] comes on the craft's command line and is obeyed, with SIGKILL but for two: at a point of
 //! the craft's life that is named, not at an instant that somebody guessed from outside. [`Doomed`]
 //! wraps the endpoint of such a craft and of no other, so that a craft without a doom runs the code that
 //! it always runs. Not here: who is doomed to what (the orchestrator's campaigns).
@@ -34,11 +34,13 @@ pub enum Point {
     Shutdown,
     /// While it reads a sample where it lies it loops for ever, as on what somebody else never finished.
     Silence,
+    /// From there on it hears nothing, and goes round all the same.
+    Deafness,
 }
 
 impl Point {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::StartUp,
         Self::Opening,
         Self::Loan,
@@ -47,6 +49,7 @@ impl Point {
         Self::Handshake,
         Self::Shutdown,
         Self::Silence,
+        Self::Deafness,
     ];
 
     /// The name on command lines and in files.
@@ -61,6 +64,7 @@ impl Point {
             Self::Handshake => "handshake",
             Self::Shutdown => "shutdown",
             Self::Silence => "silence",
+            Self::Deafness => "deafness",
         }
     }
 }
@@ -70,8 +74,8 @@ impl Point {
 pub struct Doom {
     /// Where.
     pub point: Point,
-    /// Of loans, sends, receptions and silence: how many are let pass before. Of opening and shutdown:
-    /// how many microseconds. Else nothing.
+    /// Of loans, sends, receptions, silence and deafness: how many are let pass before. Of opening and
+    /// shutdown: how many microseconds. Else nothing.
     pub after: u32,
 }
 
@@ -172,6 +176,16 @@ fn pass(doom: Doom, left: &mut u32, point: Point) {
     }
 }
 
+/// Whether a craft with this doom hears no more: it heard as many samples as it says.
+const fn is_deaf(doom: Doom, left: &mut u32) -> bool {
+    if !matches!(doom.point, Point::Deafness) {
+        return false;
+    }
+    let is_deaf = *left == 0;
+    *left = left.saturating_sub(1);
+    is_deaf
+}
+
 impl<E: Endpoint> Endpoint for Doomed<E> {
     fn open_ports(&mut self, peers: &Peers) -> Result<(), SendError> {
         self.inner.open_ports(peers)
@@ -222,7 +236,9 @@ impl<E: Endpoint> Endpoint for Doomed<E> {
         inner.drain(&mut |to, header, payload| {
             pass(*doom, left, Point::Receive);
             pass(*doom, left, Point::Silence);
-            visit(to, header, payload);
+            if !is_deaf(*doom, left) {
+                visit(to, header, payload);
+            }
         })
     }
 

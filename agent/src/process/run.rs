@@ -169,9 +169,13 @@ impl<E: Real> Surroundings<E> for System<'_> {
         self.idle.reset();
     }
 
+    fn beat(&self) {
+        self.heart.beat();
+    }
+
     fn rest(&mut self, endpoint: &mut E, rest: Rest) -> Result<(), SendError> {
         // Every loop of the session comes by here once a round.
-        self.heart.beat();
+        Surroundings::<E>::beat(self);
         let endpoint = endpoint.real();
         let others = [self.ending.as_fd()];
         match rest {

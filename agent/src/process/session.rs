@@ -38,6 +38,8 @@ pub trait Surroundings<E> {
     fn must_end(&self) -> bool;
     /// Something had arrived: the next wait begins with short ones again.
     fn stay_awake(&mut self);
+    /// A long piece of work is done in which nobody was let run.
+    fn beat(&self) {}
     /// Lets others run until something may have arrived.
     ///
     /// # Errors
@@ -145,7 +147,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             // The old networks are released before the new ones are taken.
             drop(world.take());
             let Some(sample) = self.await_world(next.network)? else { return Ok(()) };
-            let served = self.serve(&FleetView::from_archive(&sample)?, &next)?;
+            let fleet = FleetView::from_archive(&sample)?;
+            self.surroundings.beat();
+            let served = self.serve(&fleet, &next)?;
             world = Some(sample);
             match served {
                 Served::Next(spec) => next = spec,
@@ -233,6 +237,7 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
         self.has_reported = false;
         self.out.clear();
         self.craft.begin_epoch(spec, fleet);
+        self.surroundings.beat();
         self.interval = spec.open.as_ref().map(|open| Interval::of(open, spec));
         self.endpoint.take_losses();
         self.endpoint.expose(None);

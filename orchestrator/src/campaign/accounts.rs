@@ -71,13 +71,16 @@ impl Round<'_> {
         self.blame(vec![(Failure::Left, remains)]);
     }
 
-    /// Nobody is to fall silent because another was killed, whether or not there was help.
+    /// Nobody is to fall silent or mute because another was killed, whether or not there was help.
     pub(super) fn blame_silences(&mut self) {
         let silences = self.fleet.take_relieved().into_iter().map(|relieved| {
             let Relieved { silence, helped, .. } = relieved;
             (Failure::Hang, format!("{silence:?} was ended by {helped:?}"))
         });
-        self.blame(silences.collect());
+        let mute = self.fleet.take_mute().into_iter();
+        let mute = mute.map(|mute| (Failure::Hang, format!("{mute:?} was ended by Kill")));
+        let blamed = silences.chain(mute).collect();
+        self.blame(blamed);
     }
 
     /// Puts what a trial broke down to the last fault.

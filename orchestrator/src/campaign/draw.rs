@@ -121,7 +121,11 @@ impl Draws {
         let after = match point {
             Point::Opening => self.0.below(OPENING_US_MAX),
             Point::Loan | Point::Send | Point::Receive => self.0.below(PASSES_MAX),
-            Point::StartUp | Point::Handshake | Point::Shutdown | Point::Silence => 0,
+            Point::StartUp
+            | Point::Handshake
+            | Point::Shutdown
+            | Point::Silence
+            | Point::Deafness => 0,
         };
         Doom { point, after }
     }
@@ -162,7 +166,7 @@ mod tests {
         assert_ne!(drawn(3), drawn(4));
         let mut draws = Draws::new(3);
         let points: BTreeSet<Point> = (0..200).map(|_| draws.doom().point).collect();
-        assert_eq!(points.len(), Point::ALL.len() - 2, "all but shutdown and silence");
+        assert_eq!(points.len(), Point::ALL.len() - 3, "all but shutdown, silence and deafness");
     }
 
     #[test]

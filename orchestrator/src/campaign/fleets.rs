@@ -15,6 +15,7 @@ use crate::launch::placement::Placement;
 use crate::outcome::Outcome;
 use crate::results::faults::{Failure, FaultKind, FaultRecord, RANDOM};
 use crate::results::store::StoreError;
+use crate::run::answers::ANSWER_LIMIT_NS;
 use crate::run::backend::{Backend as _, PlayError};
 use crate::run::strike::{Blow, Strike};
 use crate::run::{FleetOptions, RealFleet};
@@ -103,6 +104,7 @@ impl Campaign<'_> {
             wake: setting.wake,
             placement: Placement::draw(&self.plan.processors, pinning, processes, stream),
             turn_limit_ns: TURN_LIMIT_NS,
+            answer_limit_ns: ANSWER_LIMIT_NS,
             run_ends: self.ends,
             restart: Some(POLICY),
             dooms: dooms.clone(),

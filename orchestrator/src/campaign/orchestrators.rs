@@ -32,7 +32,7 @@ const SHUTDOWN_US_MAX: u32 = 20_000;
 const RESTART_US_MAX: u32 = 40_000;
 
 /// How long an orchestrator may take to come to the point, or to be gone, ns.
-const PATIENCE_NS: u64 = 20_000_000_000;
+const PATIENCE_NS: u64 = 60_000_000_000;
 
 /// Between two looks, ns.
 const LOOK_NS: i64 = 500_000;

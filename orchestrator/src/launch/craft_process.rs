@@ -32,6 +32,8 @@ pub enum HowEnded {
     Killed(i32),
     /// The supervisor killed it after so many ns without a heartbeat.
     Silent(u64),
+    /// The supervisor killed it after so many ns without an answer, though it went round.
+    Mute(u64),
 }
 
 impl HowEnded {
@@ -52,6 +54,9 @@ impl fmt::Display for HowEnded {
             },
             Self::Silent(ns) => {
                 write!(formatter, "killed after {:.1} s without a heartbeat", *ns as f64 / 1e9)
+            }
+            Self::Mute(ns) => {
+                write!(formatter, "killed after {:.1} s without an answer", *ns as f64 / 1e9)
             }
         }
     }
@@ -79,6 +84,9 @@ pub struct Standing {
     pub state: char,
     /// CPU time that it has used, ns, in steps of the kernel's tick.
     pub cpu_ns: u64,
+    /// Time that its first thread waited for a core, ns, without a wait that still lasts; 0 where the kernel
+    /// does not tell.
+    pub starved_ns: u64,
 }
 
 impl Standing {
@@ -88,14 +96,21 @@ impl Standing {
         matches!(self.state, 'R')
     }
 
+    /// Whether the kernel holds it up, so that it cannot even be killed: a page is read from disk, or a
+    /// directory in which thousands of files are made at once is locked.
+    #[must_use]
+    pub const fn is_held_up(&self) -> bool {
+        matches!(self.state, 'D')
+    }
+
     /// Whether somebody stopped it.
     #[must_use]
     pub const fn is_stopped(&self) -> bool {
         matches!(self.state, 'T' | 't')
     }
 
-    /// What a file `stat` below /proc says.
-    fn read(stat: &str) -> Option<Self> {
+    /// What the files `stat` and `schedstat` below /proc say.
+    fn read(stat: &str, schedstat: &str) -> Option<Self> {
         // The name in parentheses may hold anything, so the state is what follows the last one.
         let mut fields = stat.rsplit_once(')')?.1.split_whitespace();
         let state = fields.next()?.chars().next()?;
@@ -103,7 +118,9 @@ impl Standing {
         let ticks: u64 =
             fields.skip(10).take(2).filter_map(|ticks| ticks.parse::<u64>().ok()).sum();
         let tick_ns = 1_000_000_000 / rustix::param::clock_ticks_per_second().max(1);
-        Some(Self { state, cpu_ns: ticks * tick_ns })
+        let starved =
+            schedstat.split_whitespace().nth(1).and_then(|delay_ns| delay_ns.parse().ok());
+        Some(Self { state, cpu_ns: ticks * tick_ns, starved_ns: starved.unwrap_or(0) })
     }
 }
 
@@ -115,8 +132,8 @@ pub struct CraftProcess {
     pid: Pid,
     pidfd: OwnedFd,
     how_ended: Option<HowEnded>,
-    /// For how long it had been silent when it was killed for that.
-    silent_ns: Option<u64>,
+    /// Why the supervisor killed it.
+    condemned: Option<HowEnded>,
     stderr: Option<ChildStderr>,
     said: Vec<u8>,
     unkept_bytes: u64,
@@ -148,7 +165,7 @@ impl CraftProcess {
             pid,
             pidfd,
             how_ended: None,
-            silent_ns: None,
+            condemned: None,
             stderr,
             said: Vec::new(),
             unkept_bytes: 0,
@@ -191,8 +208,8 @@ impl CraftProcess {
             let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG;
             let status =
                 rustix::io::retry_on_intr(|| waitid(WaitId::PidFd(self.pidfd.as_fd()), options))?;
-            let killed = |signal| match self.silent_ns {
-                Some(silent_ns) if signal == Signal::KILL.as_raw() => HowEnded::Silent(silent_ns),
+            let killed = |signal| match self.condemned {
+                Some(how) if signal == Signal::KILL.as_raw() => how,
                 _ => HowEnded::Killed(signal),
             };
             self.how_ended = status.and_then(|status| {
@@ -220,7 +237,8 @@ impl CraftProcess {
         if self.how_ended.is_some() {
             return None;
         }
-        Standing::read(&std::fs::read_to_string(format!("/proc/{}/stat", self.pid())).ok()?)
+        let read = |file| std::fs::read_to_string(format!("/proc/{}/{file}", self.pid()));
+        Standing::read(&read("stat").ok()?, &read("schedstat").unwrap_or_default())
     }
 
     /// Whether somebody stopped it (SIGSTOP, a terminal, a debugger): it is paused, not dead.
@@ -229,13 +247,16 @@ impl CraftProcess {
         self.standing().is_some_and(|standing| standing.is_stopped())
     }
 
-    /// Kills it for having been silent for `silent_ns`; how it ended will say so.
+    /// Kills it for a reason that will be told as `how` it ended. `false` if that was done before.
     ///
     /// # Errors
     /// If the kernel refuses.
-    pub(crate) fn kill_silent(&mut self, silent_ns: u64) -> io::Result<()> {
-        self.silent_ns = Some(silent_ns);
-        self.signal(Signal::KILL)
+    pub(crate) fn condemn(&mut self, how: HowEnded) -> io::Result<bool> {
+        if self.condemned.is_some() {
+            return Ok(false);
+        }
+        self.condemned = Some(how);
+        self.signal(Signal::KILL).map(|()| true)
     }
 
     /// Takes in what the process wrote to standard error since the last call; says whether more can
@@ -304,9 +325,11 @@ mod tests {
     #[test]
     fn standing_is_read_behind_a_name_that_holds_anything() {
         let stat = "41 (a ) R b) S 1 41 41 0 -1 4194560 181 0 0 0 25 17 9 9 20 0 2 0";
-        let standing = Standing::read(stat).expect("a line of /proc");
-        assert_eq!((standing.state, standing.cpu_ns), ('S', 420_000_000));
-        assert_eq!(Standing::read(""), None);
+        let standing = Standing::read(stat, "10050205 180981008 17\n").expect("lines of /proc");
+        let Standing { state, cpu_ns, starved_ns } = standing;
+        assert_eq!((state, cpu_ns, starved_ns), ('S', 420_000_000, 180_981_008));
+        assert_eq!(Standing::read(stat, "").map(|standing| standing.starved_ns), Some(0));
+        assert_eq!(Standing::read("", ""), None);
     }
 
     #[test]

@@ -11,13 +11,13 @@ use std::io::{self, PipeReader, pipe};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::thread::JoinHandle;
 
-/// How long the janitor may try, ns: ten times what the largest fleet needs, and the age that an
+/// How long the janitor may try, ns: twenty times what the largest fleet needs, and the age that an
 /// unfinished file must have.
-const LIMIT_NS: u64 = 5_000_000_000;
+const LIMIT_NS: u64 = 10_000_000_000;
 
 /// How long it may take altogether, ns: one that is not done by then waits for ever on something that
 /// was never finished.
-pub const PATIENCE_NS: u64 = 2 * LIMIT_NS;
+pub const PATIENCE_NS: u64 = 3 * LIMIT_NS;
 
 /// What the janitor achieved, and when it was done.
 #[derive(Debug)]

@@ -65,6 +65,13 @@ fn sentence(event: &Event) -> Option<String> {
                 "craft `{name}` of the fleet of {size} gave no heartbeat for {seconds:.1} s {end}"
             ))
         }
+        Event::CraftMute { size, name, answer, waited_ns, standing, .. } => {
+            let seconds = *waited_ns as f64 / 1e9;
+            Some(format!(
+                "craft `{name}` of the fleet of {size} gave no answer ({answer}) for {seconds:.1} s and was \
+                 killed ({standing})"
+            ))
+        }
         Event::CraftRestarted { size, name, rejoined_ns, caught_up_ns, .. } => {
             let ms = |ns: u64| ns as f64 / 1e6;
             let caught_up = caught_up_ns.map_or_else(String::new, |caught_up_ns| {

@@ -15,6 +15,8 @@ pub enum ProcessEnd {
     Signal(i32),
     /// The orchestrator killed it after so many ns without a heartbeat.
     Silent(u64),
+    /// The orchestrator killed it after so many ns without an answer, though it went round.
+    Mute(u64),
 }
 
 /// After which step a silence was over.
@@ -34,6 +36,9 @@ impl std::fmt::Display for ProcessEnd {
             Self::Signal(signal) => write!(formatter, "signal {signal}"),
             Self::Silent(ns) => {
                 write!(formatter, "killed after {:.1} s without a heartbeat", *ns as f64 / 1e9)
+            }
+            Self::Mute(ns) => {
+                write!(formatter, "killed after {:.1} s without an answer", *ns as f64 / 1e9)
             }
         }
     }
@@ -135,6 +140,21 @@ pub enum Event {
         helped: Relief,
         /// Unfinished files that the sweep removed.
         swept: u64,
+    },
+    /// A process went round and did not answer the orchestrator: it was killed.
+    CraftMute {
+        /// Crafts of its fleet.
+        size: u32,
+        /// Its name in the scenario.
+        name: String,
+        /// Which life of it; lives are numbered across the fleet.
+        incarnation: u32,
+        /// What was waited for.
+        answer: String,
+        /// For how long, ns.
+        waited_ns: u64,
+        /// How the process stood in the end, in words.
+        standing: String,
     },
     /// A craft that was lost lives again, and the fleet went on. Times count from when its end was
     /// noticed, ns.

@@ -246,6 +246,7 @@ fn kept_events(text: &str, done: &BTreeSet<FleetKey>) -> Vec<u8> {
             | Event::BaselineMeasured { block, size, .. } => done.contains(&(size, block)),
             Event::CraftLost { .. }
             | Event::CraftSilent { .. }
+            | Event::CraftMute { .. }
             | Event::CraftRestarted { .. }
             | Event::Discrepancy { .. }
             | Event::Note { .. }

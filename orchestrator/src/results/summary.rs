@@ -229,6 +229,7 @@ fn is_incident(event: &Event) -> bool {
     match event {
         Event::CraftLost { .. }
         | Event::CraftSilent { .. }
+        | Event::CraftMute { .. }
         | Event::CraftRestarted { .. }
         | Event::Discrepancy { .. }
         | Event::Note { .. }

@@ -1,5 +1,6 @@
 //! What plays trials: a real fleet or the simulator, behind one trait.
 
+use super::answers::Mute;
 use super::inflict::Infliction;
 use super::recovery::Recovery;
 use super::silence::Relieved;
@@ -161,6 +162,11 @@ pub trait Backend {
 
     /// Silences of processes that are over since the last call.
     fn take_relieved(&mut self) -> Vec<Relieved> {
+        Vec::new()
+    }
+
+    /// Processes that were killed since the last call because they did not answer.
+    fn take_mute(&mut self) -> Vec<Mute> {
         Vec::new()
     }
 

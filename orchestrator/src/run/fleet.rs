@@ -4,6 +4,7 @@
 //! ended, whether somebody asked for an end, and whether the run's time is up. Not here: how one
 //! trial goes (`play`), what is played, and what follows from a loss (the run's loop).
 
+use super::answers::Mute;
 use super::backend::PlayError;
 use super::inflict::Infliction;
 use super::patience::Patience;
@@ -25,12 +26,8 @@ use shared_types::transport::iceoryx::{HostOptions, IceoryxEndpoint, IceoryxHost
 use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{Destination, Endpoint, Peers, WakeMode, clock};
 use shared_types::wire::{Class, EpochSpec, HEADER_BYTES, Header, Kind, Traffic};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::os::fd::AsFd;
-
-/// How long crafts may take to come up, to open their ports, or to report, ns. Generous: a fleet of
-/// 128 on two busy cores takes seconds, and a craft that ends meanwhile is noticed at once.
-pub(super) const ANSWER_LIMIT_NS: u64 = 30_000_000_000;
 
 /// The question that nobody asks in an interval: whether everything before it was heard.
 pub(super) const LAST_QUESTION: u32 = u32::MAX;
@@ -51,6 +48,8 @@ pub struct FleetOptions {
     pub placement: Placement,
     /// How long a turn may stay unbalanced, ns.
     pub turn_limit_ns: u64,
+    /// How long every other answer may take, ns.
+    pub answer_limit_ns: u64,
     /// When the run must be over.
     pub run_ends: Option<Nanos>,
     /// How crafts that die are followed by successors; `None` if they are not.
@@ -84,7 +83,9 @@ pub struct RealFleet<'a> {
     pub(super) signals: &'a mut Signals,
     idle: IdleWait,
     waits: u32,
-    patience: Patience,
+    pub(super) patience: Patience,
+    /// Who was killed because it did not answer.
+    pub(super) mute: Vec<Mute>,
     pub(super) options: FleetOptions,
     /// Epoch whose networks the crafts hold.
     pub(super) network: Option<u32>,
@@ -157,7 +158,8 @@ impl<'a> RealFleet<'a> {
             signals,
             idle: IdleWait::new(options.wake),
             waits: 0,
-            patience: Patience::new(ANSWER_LIMIT_NS, spawned),
+            patience: Patience::new(options.answer_limit_ns, spawned),
+            mute: Vec::new(),
             network: None,
             control: Traffic::default(),
             planted_slowdown_percent: 0,
@@ -180,9 +182,9 @@ impl<'a> RealFleet<'a> {
         for process in processes {
             fleet.watch.add(process).map_err(|error| failed("no supervision")(&error))?;
         }
-        match fleet.await_ready() {
+        match fleet.await_up() {
             Err(PlayError::Lost(lost)) => fleet.replace(lost)?,
-            ended => drop(ended?),
+            ended => ended?,
         }
         Ok(fleet)
     }
@@ -275,63 +277,6 @@ impl<'a> RealFleet<'a> {
         self.endpoint.send(to, header, payload.len(), &mut |slot| slot.copy_from_slice(payload))?;
         self.endpoint.ring();
         Ok(())
-    }
-
-    /// Waits until `expected` processes have sent a message of `kind` (of `epoch`, if one is named).
-    pub(super) fn await_all(
-        &mut self,
-        kind: Kind,
-        epoch: Option<u32>,
-        expected: u32,
-    ) -> Result<(), PlayError> {
-        self.await_each(kind, expected, &mut |_, header, _| {
-            epoch.is_none_or(|epoch| epoch == header.epoch)
-        })
-    }
-
-    /// Waits until `take` has accepted a message of `kind` from each of `expected` processes.
-    pub(super) fn await_each(
-        &mut self,
-        kind: Kind,
-        expected: u32,
-        take: &mut dyn FnMut(CraftId, &Header, &[u8]) -> bool,
-    ) -> Result<(), PlayError> {
-        let all: Vec<CraftId> = (0..expected).map(CraftId).collect();
-        self.await_from(kind, &all, take)
-    }
-
-    /// The same of those in `crafts`.
-    pub(super) fn await_from(
-        &mut self,
-        kind: Kind,
-        crafts: &[CraftId],
-        take: &mut dyn FnMut(CraftId, &Header, &[u8]) -> bool,
-    ) -> Result<(), PlayError> {
-        self.be_patient(ANSWER_LIMIT_NS, clock::now());
-        let mut missing: BTreeSet<CraftId> = crafts.iter().copied().collect();
-        while !missing.is_empty() {
-            self.pump(&mut |source, arrived, header, payload| {
-                let is_meant = arrived == kind && missing.contains(&source);
-                if is_meant && take(source, header, payload) {
-                    missing.remove(&source);
-                }
-            })?;
-            if self.is_overdue() {
-                return Err(self.unanswered(&format!("{kind:?}"), missing));
-            }
-        }
-        Ok(())
-    }
-
-    /// From `now` on an answer may take `limit_ns`.
-    pub(super) fn be_patient(&mut self, limit_ns: u64, now: Nanos) {
-        self.patience = Patience::new(limit_ns, now);
-    }
-
-    /// Whether the answer has taken too long. While a process is stopped nobody can expect one.
-    pub(super) fn is_overdue(&mut self) -> bool {
-        let Self { patience, watch, .. } = self;
-        patience.is_over(clock::now(), || watch.living().any(CraftProcess::is_stopped))
     }
 
     /// Lets others run, then hands over what has arrived.

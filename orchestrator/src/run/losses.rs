@@ -1,5 +1,6 @@
 //! What the loop keeps of crafts that died: who, how, and how their successors came.
 
+use super::answers::Mute;
 use super::backend::{Backend, PlayError};
 use super::plan::FleetPlan;
 use super::recovery::Recovery;
@@ -87,6 +88,18 @@ impl Runner<'_> {
         })
     }
 
+    /// Keeps who was killed because it did not answer.
+    fn keep_mute(&mut self, mute: Mute, plan: &FleetPlan) -> Result<(), StoreError> {
+        let Mute { craft, incarnation, answer, waited_ns, standing } = mute;
+        let name = plan.scenario.names().craft(craft).to_owned();
+        let (answer, seconds) = (format!("{answer:?}"), waited_ns as f64 / 1e9);
+        self.progress.say(&format!(
+            "{name} gave no answer ({answer}) for {seconds:.1} s and was killed ({standing})"
+        ));
+        let (size, incarnation) = (plan.scenario.craft_count(), incarnation.0);
+        self.store.event(Event::CraftMute { size, name, incarnation, answer, waited_ns, standing })
+    }
+
     /// Keeps silences that are over, and how lost crafts came back, as far as that is known by now; with
     /// `all`, of a fleet that is about to end, those that did not as well.
     pub(super) fn keep_recoveries(
@@ -97,6 +110,9 @@ impl Runner<'_> {
     ) -> Result<(), StoreError> {
         for relieved in backend.take_relieved() {
             self.keep_silence(relieved, plan)?;
+        }
+        for mute in backend.take_mute() {
+            self.keep_mute(mute, plan)?;
         }
         for recovery in backend.take_recoveries(all) {
             let name = plan.scenario.names().craft(recovery.ended.craft).to_owned();

@@ -8,6 +8,7 @@
 //! Whatever ends a run early, what was measured before is kept. Rendering comes after, from the
 //! records alone.
 
+pub mod answers;
 pub mod backend;
 mod baseline;
 pub mod capacity;

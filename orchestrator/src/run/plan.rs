@@ -1,6 +1,7 @@
 //! What a run does, decided before anything starts.
 
 use super::FleetOptions;
+use super::answers::ANSWER_LIMIT_NS;
 use super::capacity::Search;
 use crate::launch::placement::Placement;
 use crate::results::record::Label;
@@ -212,6 +213,7 @@ impl RunPlan {
             wake: self.wake,
             placement: plan.placement.clone(),
             turn_limit_ns: self.turn_limit_ns,
+            answer_limit_ns: ANSWER_LIMIT_NS,
             run_ends,
             restart: self.restart,
             dooms: BTreeMap::new(),

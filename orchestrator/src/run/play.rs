@@ -1,8 +1,9 @@
 //! One trial on a real fleet: begin the epoch, open and close turns, collect the reports. Not here: an
 //! interval of open mode (`open_play`), putting reports together (`reports`).
 
+use super::answers::Mute;
 use super::backend::{Backend, Clocked, PlayError, Played, PlayedOpen};
-use super::fleet::{ANSWER_LIMIT_NS, RealFleet};
+use super::fleet::{FleetOptions, RealFleet};
 use super::inflict::Infliction;
 use super::recovery::Recovery;
 use super::reports::Reports;
@@ -76,6 +77,10 @@ impl Backend for RealFleet<'_> {
         self.relieved()
     }
 
+    fn take_mute(&mut self) -> Vec<Mute> {
+        std::mem::take(&mut self.mute)
+    }
+
     fn ready_ns(&self) -> Option<u64> {
         self.ready_ns
     }
@@ -99,10 +104,10 @@ impl RealFleet<'_> {
             .expect("invariant: memory takes every archive");
         let processes = taking_part(self, spec);
         self.tell(spec, Kind::EpochBegin, &archive)?;
-        self.await_all(Kind::EpochReady, Some(spec.epoch), processes)?;
+        self.await_all(Kind::EpochReady, spec.epoch, processes)?;
         shared_types::transport::Endpoint::update_connections(&mut self.endpoint)?;
         self.tell(spec, Kind::Connect, &[])?;
-        self.await_all(Kind::Connected, Some(spec.epoch), processes)?;
+        self.await_all(Kind::Connected, spec.epoch, processes)?;
         self.note_rejoined(clock::now());
         Ok(())
     }
@@ -155,8 +160,8 @@ impl Trial {
     ) -> Result<Option<TurnCommand>, PlayError> {
         let opened = clock::now();
         fleet.tell(&self.spec, Kind::TurnCommand, command.as_bytes())?;
-        let limit_ns =
-            if command.is_last == 0 { fleet.options.turn_limit_ns } else { ANSWER_LIMIT_NS };
+        let FleetOptions { turn_limit_ns, answer_limit_ns, .. } = fleet.options;
+        let limit_ns = if command.is_last == 0 { turn_limit_ns } else { answer_limit_ns };
         fleet.be_patient(limit_ns, opened);
         if let Some(turn) = command.opened() {
             fleet

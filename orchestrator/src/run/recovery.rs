@@ -9,7 +9,7 @@
 //! loop).
 
 use super::backend::PlayError;
-use super::fleet::{ANSWER_LIMIT_NS, LAST_QUESTION, RealFleet};
+use super::fleet::{LAST_QUESTION, RealFleet};
 use crate::launch::craft_process::CraftProcess;
 use crate::launch::janitor::{Janitor, PATIENCE_NS, Reclaimed};
 use crate::supervision::watch::CraftEnded;
@@ -21,12 +21,8 @@ use shared_types::limits::LIVES_MAX;
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Endpoint as _, clock};
 use shared_types::wire::{Class, Header, Kind, MembershipChange};
-use std::collections::BTreeSet;
 use std::os::fd::AsFd as _;
 use zerocopy::IntoBytes as _;
-
-/// How long those who live may take to give an epoch up, ns.
-const QUIET_LIMIT_NS: u64 = 5_000_000_000;
 
 /// The life of one craft's process.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -158,7 +154,8 @@ impl RealFleet<'_> {
         self.bury()?;
         self.make_known()?;
         self.start_successors()?;
-        for craft in self.await_ready()? {
+        self.await_up()?;
+        for craft in self.note_up(clock::now()) {
             self.tell_membership(craft, self.lives[craft.index()].incarnation, true)?;
         }
         // The networks of the trial are handed to whoever connects.
@@ -237,18 +234,10 @@ impl RealFleet<'_> {
         let mut question = Header::new(Class::Control, Kind::Tally);
         question.argument = LAST_QUESTION;
         self.tell_living(question, &[])?;
-        let mut waited_for: BTreeSet<CraftId> = self.hearing().collect();
-        self.be_patient(QUIET_LIMIT_NS, clock::now());
-        while !waited_for.is_empty() {
-            self.pump(&mut |source, kind, header, _| {
-                if kind == Kind::TallyReport && header.argument == LAST_QUESTION {
-                    waited_for.remove(&source);
-                }
-            })?;
-            if self.is_overdue() {
-                return Err(self.unanswered("answer", waited_for));
-            }
-        }
+        let hearing: Vec<CraftId> = self.hearing().collect();
+        self.await_from(Kind::TallyReport, hearing, &mut |_, header, _| {
+            header.argument == LAST_QUESTION
+        })?;
         let now = clock::now();
         for recovery in self.recoveries.iter_mut().filter(|recovery| recovery.awaits_successor()) {
             recovery.known.get_or_insert(now);
@@ -282,24 +271,14 @@ impl RealFleet<'_> {
         Ok(())
     }
 
-    /// Waits until every process has said that its present life is ready; returns who newly has.
-    pub(super) fn await_ready(&mut self) -> Result<Vec<CraftId>, PlayError> {
-        self.be_patient(ANSWER_LIMIT_NS, clock::now());
-        while self.lives.iter().any(|life| !life.is_ready) {
-            self.pump(&mut |_, _, _, _| {})?;
-            if self.is_overdue() {
-                let silent = self.lives.iter().enumerate().filter(|(_, life)| !life.is_ready);
-                let silent = silent.map(|(index, _)| CraftId::from_index(index));
-                return Err(self.unanswered("Ready", silent));
-            }
-        }
-        let now = clock::now();
+    /// Every process is up since `now`; returns who newly is.
+    pub(super) fn note_up(&mut self, now: Nanos) -> Vec<CraftId> {
         let mut risen = Vec::new();
         for recovery in self.recoveries.iter_mut().filter(|recovery| recovery.awaits_successor()) {
             recovery.ready = Some(now);
             risen.push(recovery.ended.craft);
         }
-        Ok(risen)
+        risen
     }
 
     /// The command line of the present life of `craft`.

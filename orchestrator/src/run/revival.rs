@@ -112,7 +112,8 @@ impl RealFleet<'_> {
             recovery.known.get_or_insert(now);
         }
         self.start_successors()?;
-        self.await_ready()?;
+        self.await_up()?;
+        self.note_up(clock::now());
         // The networks of the epoch are handed to whoever connects.
         self.endpoint.update_connections()?;
         let processes = taking_part(self, spec);
@@ -142,7 +143,7 @@ impl RealFleet<'_> {
     fn await_lives(&mut self, kind: Kind, epoch: u32, crafts: &[CraftId]) -> Result<(), PlayError> {
         let lives: Vec<u32> =
             crafts.iter().map(|craft| self.lives[craft.index()].incarnation.0).collect();
-        self.await_from(kind, crafts, &mut |source, header, _| {
+        self.await_from(kind, crafts.iter().copied(), &mut |source, header, _| {
             let place = crafts.iter().position(|&craft| craft == source);
             let is_living = place.is_some_and(|place| lives[place] == header.incarnation);
             is_living && header.epoch == epoch

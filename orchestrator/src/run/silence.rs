@@ -6,9 +6,8 @@
 //! there on a death like every other (`recovery`, `revival`). Not here: the rule
 //! (`supervision::heartbeat`).
 
-use super::backend::PlayError;
 use super::fleet::RealFleet;
-use crate::launch::craft_process::{CraftProcess, Standing};
+use crate::launch::craft_process::{CraftProcess, HowEnded};
 use crate::launch::janitor::Janitor;
 use crate::results::event::Relief;
 use crate::supervision::heartbeat::{Finding, LOOK_NS, Seen, Silence, Vigil};
@@ -74,29 +73,17 @@ impl Hearts {
         self.vigil.swept();
     }
 
+    /// How often the process of `craft` has gone round, in all its lives.
+    pub(super) fn beats_of(&self, craft: CraftId) -> u64 {
+        self.beats.of(craft)
+    }
+
     fn relieve(&mut self, silence: Silence, helped: Relief) {
         self.relieved.push(Relieved { silence, helped, swept: self.swept.clone() });
     }
 }
 
 impl RealFleet<'_> {
-    /// Why the fleet cannot go on: no `what` came from `silent`. How these stand tells one that loops from one
-    /// that waits and from one that got no core.
-    pub(super) fn unanswered(
-        &self,
-        what: &str,
-        silent: impl IntoIterator<Item = CraftId>,
-    ) -> PlayError {
-        let standing = |craft| match self.watch.process(craft).and_then(CraftProcess::standing) {
-            Some(Standing { state, cpu_ns }) => {
-                format!("{craft} (state {state}, {} ms of CPU in its life)", cpu_ns / 1_000_000)
-            }
-            None => format!("{craft} (gone)"),
-        };
-        let silent: Vec<String> = silent.into_iter().map(standing).collect();
-        PlayError::Failed(format!("no {what} from process {}", silent.join(", ")))
-    }
-
     /// Looks who is silent if that is due, and does what follows.
     pub(super) fn look_for_silence(&mut self) -> io::Result<()> {
         let now = clock::now();
@@ -119,7 +106,7 @@ impl RealFleet<'_> {
                 Finding::Silent(_) => hearts.begin_sweep(root.paths(), options.janitor)?,
                 Finding::Moves(silence) => hearts.relieve(silence, Relief::Sweep),
                 Finding::Hopeless(silence) => {
-                    watch.kill_silent(silence.craft, silence.silent_ns)?;
+                    watch.condemn(silence.craft, HowEnded::Silent(silence.silent_ns))?;
                     hearts.relieve(silence, Relief::Kill);
                 }
             }

@@ -204,6 +204,7 @@ pub fn process_end(how: HowEnded) -> ProcessEnd {
         HowEnded::Exited(code) => ProcessEnd::Exit(code),
         HowEnded::Killed(signal) => ProcessEnd::Signal(signal),
         HowEnded::Silent(silent_ns) => ProcessEnd::Silent(silent_ns),
+        HowEnded::Mute(waited_ns) => ProcessEnd::Mute(waited_ns),
     }
 }
 

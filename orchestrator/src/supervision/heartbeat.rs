@@ -2,18 +2,19 @@
 //!
 //! A living process moves its counter at least every [`SLEEP_NS_MAX`]. Whose counter stands still for
 //! longer is looked at in /proc, and from then on only time counts in which it could have moved it: CPU
-//! time that it used, or time in which it slept or waited in the kernel. A process that waits for a core is
-//! starved and not silent; a stopped one is paused, begins anew when it goes on, and meanwhile nobody else
-//! is judged, since who waits for a stopped process is not to blame. After [`SILENCE_NS`] what was never
-//! finished shall be swept, for the process may be waiting on such a file; who does not move within
-//! [`GRACE_NS`] after that shall be killed.
+//! time that it used, or time that it slept. A process that waits for a core is starved and not silent, one
+//! that the kernel holds up (for a disk, or a lock of its own) is so as well, and a stopped one is paused and
+//! begins anew when it goes on. While somebody is held up or stopped nobody else is judged, since who waits
+//! for what it was making is not to blame. After [`SILENCE_NS`] what was never finished shall be swept, for
+//! the process may be waiting on such a file; who does not move within [`GRACE_NS`] after that, longer than
+//! anybody waits for a file, shall be killed.
 //!
 //! No clock, no file: times and counters are arguments. Not here: reading them, sweeping and killing
 //! (`run::silence`).
 
 use crate::launch::craft_process::Standing;
 use shared_types::ids::{CraftId, Incarnation};
-use shared_types::limits::SLEEP_NS_MAX;
+use shared_types::limits::{CREATION_PATIENCE_NS, SLEEP_NS_MAX};
 use shared_types::time::Nanos;
 use std::collections::BTreeMap;
 
@@ -23,8 +24,9 @@ pub const SILENCE_NS: u64 = 4 * SLEEP_NS_MAX;
 /// The same until it has said that it is up: it opens all its ports without a beat.
 pub const START_SILENCE_NS: u64 = 10 * SLEEP_NS_MAX;
 
-/// How long it is given after the sweep, ns.
-pub const GRACE_NS: u64 = 500_000_000;
+/// How long it is given after the sweep, ns: it may have begun to wait for what another process makes
+/// just before.
+pub const GRACE_NS: u64 = CREATION_PATIENCE_NS + SLEEP_NS_MAX;
 
 /// Between two looks at the least, ns. They are further apart while the orchestrator itself sleeps.
 pub const LOOK_NS: u64 = 250_000_000;
@@ -90,8 +92,8 @@ struct Pulse {
     seen: Nanos,
     /// Time since then in which it could have moved again.
     counted_ns: u64,
-    /// CPU time at the last look, once it is looked at.
-    cpu_ns: Option<u64>,
+    /// How it stood at the last look, once it is looked at.
+    stood: Option<Standing>,
     /// Whether it was stopped then.
     is_paused: bool,
     stage: Stage,
@@ -105,7 +107,7 @@ impl Pulse {
             moved: now,
             seen: now,
             counted_ns: 0,
-            cpu_ns: None,
+            stood: None,
             is_paused: false,
             stage: Stage::Heard,
         }
@@ -117,13 +119,15 @@ impl Pulse {
 
     /// Counts what has passed since the last look of a process that `stands` as it does.
     fn count(&mut self, stands: &Standing, passed_ns: u64) {
-        let used_ns = self.cpu_ns.map(|before_ns| stands.cpu_ns.saturating_sub(before_ns));
-        self.cpu_ns = Some(stands.cpu_ns);
-        self.counted_ns += match used_ns {
-            // It may wait for a core: what it used of one is all that counts.
-            Some(used_ns) if stands.is_runnable() => used_ns.min(passed_ns),
-            None if stands.is_runnable() => 0,
-            _ => passed_ns,
+        let before = self.stood.replace(*stands);
+        let since = |of: fn(&Standing) -> u64| {
+            before.map_or(0, |before| of(stands).saturating_sub(of(&before)))
+        };
+        self.counted_ns += if stands.is_runnable() {
+            // It may wait for a core, for how long is not told yet: what it used of one is all that counts.
+            since(|at| at.cpu_ns).min(passed_ns)
+        } else {
+            passed_ns.saturating_sub(since(|at| at.starved_ns))
         };
     }
 
@@ -182,18 +186,19 @@ impl Vigil {
                 suspects.push((seen, standing(seen.craft), passed_ns));
             }
         }
-        let is_stopped = |stands: &Option<Standing>| stands.is_some_and(|at| at.is_stopped());
-        let is_anybody_stopped = suspects.iter().any(|(_, stands, _)| is_stopped(stands));
+        let is_anybody_kept = suspects
+            .iter()
+            .any(|(_, stands, _)| stands.is_some_and(|at| at.is_stopped() || at.is_held_up()));
         for (seen, stands, passed_ns) in suspects {
             let pulse = self.pulses.get_mut(&seen.craft).expect("invariant: it was just looked at");
             match stands {
-                _ if is_stopped(&stands) => {
+                Some(at) if at.is_stopped() => {
                     *pulse = Pulse { is_paused: true, ..Pulse::new(seen, now) };
                 }
                 _ if pulse.is_paused => *pulse = Pulse::new(seen, now),
                 // It has ended, which its pidfd tells.
                 None => {}
-                Some(at) if is_anybody_stopped => pulse.cpu_ns = Some(at.cpu_ns),
+                Some(at) if is_anybody_kept => pulse.stood = Some(at),
                 Some(at) => {
                     pulse.count(&at, passed_ns);
                     findings.extend(pulse.judge(seen, now));

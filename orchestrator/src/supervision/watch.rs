@@ -103,13 +103,14 @@ impl Watch {
         self.processes.get(&craft)
     }
 
-    /// Kills the process of `craft` for having been silent for `silent_ns`; its end comes as every other.
+    /// Kills the process of `craft` for a reason that its end, which comes as every other, will tell as `how`.
+    /// `false` if it is gone or was killed so before.
     ///
     /// # Errors
     /// If the kernel refuses.
-    pub(crate) fn kill_silent(&mut self, craft: CraftId, silent_ns: u64) -> io::Result<()> {
+    pub(crate) fn condemn(&mut self, craft: CraftId, how: HowEnded) -> io::Result<bool> {
         let process = self.processes.get_mut(&craft);
-        process.map_or(Ok(()), |process| process.kill_silent(silent_ns))
+        process.map_or(Ok(false), |process| process.condemn(how))
     }
 
     /// Whether nobody is left.

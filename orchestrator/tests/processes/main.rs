@@ -52,6 +52,7 @@ const TESTS: &[Test] = tests![
     opens::stopped_crafts_are_paused_and_catch_up,
     opens::every_fact_reaches_its_peers_over_links_that_lose_a_quarter_and_a_half,
     silent::craft_that_loops_is_followed_while_the_interval_goes_on,
+    silent::craft_that_never_answers_is_killed_and_followed,
     silent::craft_that_loops_ends_the_run_as_partial_and_is_named,
     silent::craft_that_loops_is_restarted_where_that_is_wanted,
     opens::every_fact_reaches_its_peers_over_links_with_every_fault,

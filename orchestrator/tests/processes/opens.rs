@@ -7,6 +7,7 @@ use agent::process::doom::Doom;
 use agent::simulation::Simulation;
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
 use orchestrator::launch::placement::{Placement, Processors};
+use orchestrator::run::answers::ANSWER_LIMIT_NS;
 use orchestrator::run::backend::{Backend, PlayError, PlayedOpen};
 use orchestrator::run::strike::{Blow, Strike};
 use orchestrator::run::{FleetOptions, RealFleet};
@@ -135,6 +136,18 @@ pub(crate) fn with_doomed<T>(
     dooms: BTreeMap<CraftId, Doom>,
     play: impl FnOnce(&mut RealFleet<'_>) -> T,
 ) -> T {
+    with_limit(has_centre, run_ends, restart, dooms, ANSWER_LIMIT_NS, play)
+}
+
+/// The same with a limit on answers.
+pub(crate) fn with_limit<T>(
+    has_centre: bool,
+    run_ends: Option<Nanos>,
+    restart: Option<RestartPolicy>,
+    dooms: BTreeMap<CraftId, Doom>,
+    answer_limit_ns: u64,
+    play: impl FnOnce(&mut RealFleet<'_>) -> T,
+) -> T {
     let mut signals = Signals::install().expect("signals");
     let launcher = Launcher::new(env!("CARGO_BIN_EXE_slateswarm"), CraftErrors::Kept);
     let allowed = Processors::of_this_process().expect("processors");
@@ -146,6 +159,7 @@ pub(crate) fn with_doomed<T>(
         wake: WakeMode::Adaptive,
         placement: Placement::draw(&allowed, Pinning::Balanced, processes, &mut draws),
         turn_limit_ns: 5_000_000_000,
+        answer_limit_ns,
         run_ends,
         restart,
         dooms,

@@ -1,7 +1,7 @@
 //! A craft that runs and does not go on: it loops where it was told to, as iceoryx2 can on what a killed
 //! process left half-made, and no signal or pipe tells of it.
 
-use crate::opens::{AT_ONCE, network, recovering, struck, with_doomed};
+use crate::opens::{AT_ONCE, network, recovering, struck, with_doomed, with_limit};
 use agent::process::doom::{Doom, Point};
 use orchestrator::launch::craft_process::HowEnded;
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
@@ -23,7 +23,7 @@ use shared_types::rng::{Purpose, Stream};
 use shared_types::scenario::Pinning;
 use shared_types::transport::WakeMode;
 use shared_types::transport::paths::SHM;
-use shared_types::wire::StrategyKind;
+use shared_types::wire::{Kind, StrategyKind};
 use std::collections::BTreeMap;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
@@ -57,6 +57,28 @@ pub(crate) fn craft_that_loops_is_followed_while_the_interval_goes_on() {
         assert!(played.dead.is_empty(), "{:?}", played.dead);
         assert_eq!(fleet.take_relieved(), []);
     });
+}
+
+/// A craft that goes round and hears nothing, from the first command or from the middle of the interval on.
+pub(crate) fn craft_that_never_answers_is_killed_and_followed() {
+    const ANSWER_LIMIT_NS: u64 = 3_000_000_000;
+    for (after, answer) in [(0, Kind::EpochReady), (100, Kind::TallyReport)] {
+        let network = network(600);
+        let dooms = BTreeMap::from([(VICTIM, Doom { point: Point::Deafness, after })]);
+        with_limit(false, None, Some(AT_ONCE), dooms, ANSWER_LIMIT_NS, |fleet| {
+            let played = struck(fleet, &recovering(0, StrategyKind::Boundary), &network, &[]);
+            let [ended] = &played.dead[..] else { panic!("{:?}", played.dead) };
+            let HowEnded::Mute(waited_ns) = ended.how else { panic!("{ended:?}") };
+            assert!(waited_ns >= ANSWER_LIMIT_NS, "{waited_ns}");
+            let mute = fleet.take_mute();
+            let [mute] = &mute[..] else { panic!("one: {mute:?}") };
+            assert_eq!((mute.craft, mute.incarnation), (VICTIM, Incarnation(0)));
+            assert_eq!((mute.answer, mute.waited_ns), (answer, waited_ns));
+            assert_eq!(fleet.take_relieved(), [], "it went round all the time");
+            let played = struck(fleet, &recovering(1, StrategyKind::Boundary), &network, &[]);
+            assert!(played.dead.is_empty(), "{:?}", played.dead);
+        });
+    }
 }
 
 struct Silently;

@@ -5,7 +5,7 @@
 //! so that a root found on disk names the segments that belong to it; a run whose root is gone has
 //! nothing left (the janitor removes the root last). Not here: removing anything (`reclaim`).
 
-use crate::limits::RUN_PATH_BYTES_MAX;
+use crate::limits::{CREATION_PATIENCE_NS, RUN_PATH_BYTES_MAX};
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, Path as IceoryxPath, SemanticString};
 use std::io;
@@ -113,7 +113,7 @@ impl RunPaths {
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
-        config.global.creation_timeout = CREATION_PATIENCE;
+        config.global.creation_timeout = Duration::from_nanos(CREATION_PATIENCE_NS);
         Ok(config)
     }
 
@@ -153,11 +153,6 @@ impl RunPaths {
 }
 
 const SHORT_NAME_BYTES: usize = 8;
-
-/// How long a process waits for another that is making what both share. Whoever stops waiting is never
-/// connected, so it is long: making takes microseconds of a host that lets the other run, and what the
-/// dead did not finish is swept meanwhile.
-const CREATION_PATIENCE: Duration = Duration::from_secs(5);
 
 /// The base of this user's runs when nothing overrides it.
 fn default_base() -> PathBuf {
