@@ -121,7 +121,10 @@ impl Runner<'_> {
             }
             match restarted(&recovery, plan.scenario.craft_count(), &name) {
                 Some(event) => self.store.event(event)?,
-                None => self.note(format!("{name} was lost again before it was back"))?,
+                None if recovery.is_cut_short => {
+                    self.note(format!("{name} was lost again before it was back"))?;
+                }
+                None => self.note(format!("the fleet ended before {name} was back"))?,
             }
         }
         Ok(())
