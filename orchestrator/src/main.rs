@@ -6,6 +6,7 @@ use agent::process::startup::AgentArguments;
 use clap::Parser;
 use orchestrator::cli::Cli;
 use orchestrator::commands;
+use orchestrator::launch::beside::end_with_parent;
 use orchestrator::outcome::Outcome;
 use std::process::ExitCode;
 
@@ -13,6 +14,10 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args_os().skip(1);
     if arguments.next().is_some_and(|verb| verb == "agent") {
         return agent(arguments);
+    }
+    if let Err(what) = end_with_parent() {
+        eprintln!("slateswarm: {what}");
+        return ExitCode::from(Outcome::Usage.code());
     }
     let cli = Cli::parse();
     let outcome = commands::carry_out(&cli).unwrap_or_else(|refusal| {

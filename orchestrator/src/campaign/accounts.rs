@@ -14,6 +14,7 @@ use agent::process::doom::Doom;
 use rustix::process::Signal;
 use shared_types::time::Nanos;
 use shared_types::transport::reclaim::left_of_the_dead;
+use shared_types::wire::LinkCounts;
 
 impl Round<'_> {
     /// What followed a death.
@@ -117,7 +118,12 @@ impl Round<'_> {
     /// Ends the fleet, looks what is left of it, and returns all records of the round. Where somebody
     /// asked for the end, crafts may be stopped in the middle of a pause: these cannot end by themselves.
     pub(super) fn end(self, is_asked: bool) -> Vec<FaultRecord> {
-        let Self { setting, mut fleet, lives, mut records, .. } = self;
+        let Self { setting, mut fleet, lives, mut records, stage, .. } = self;
+        if setting.links_fail {
+            let record = setting.record(FaultKind::Links, RANDOM, None);
+            let took_effect = stage.links() != LinkCounts::default();
+            records.push(FaultRecord { took_effect, ..record });
+        }
         let (paths, processes) = (fleet.paths().clone(), fleet.process_ids());
         fleet.take_recoveries(true);
         let end = fleet.end();
@@ -126,6 +132,14 @@ impl Round<'_> {
         let killed = end.report.killed.iter().filter(|_| !is_asked);
         failures.extend(killed.map(|craft| {
             (Failure::Hang, format!("craft {craft} did not end by itself and was killed"))
+        }));
+        let died = end.report.ended.iter().filter(|ended| {
+            let is_planned = lives.contains_key(&(ended.craft, ended.incarnation.0));
+            let is_told = end.report.killed.contains(&ended.craft);
+            !(ended.how.is_orderly() || is_planned || is_told || is_asked)
+        });
+        failures.extend(died.map(|CraftEnded { craft, how, said, .. }| {
+            (Failure::Restart, format!("craft {craft} ended: {how}: {said}"))
         }));
         failures.extend(left_behind(&paths, &processes));
         for ((craft, life), fate) in lives {

@@ -4,7 +4,9 @@ use agent::process::doom::{Doom, Point};
 use shared_types::ids::CraftId;
 use shared_types::rng::{Purpose, Stream};
 use shared_types::transport::WakeMode;
-use shared_types::wire::StrategyKind;
+use shared_types::wire::{CutOff, LinkSpec, OutageSpec, StrategyKind};
+use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// The latest instant of a random kill after a trial may begin, us.
 const INSTANT_US_MAX: u32 = 30_000;
@@ -19,8 +21,17 @@ const PASSES_MAX: u32 = 60;
 const OPENING_US_MAX: u32 = 6_000;
 const SHUTDOWN_US_MAX: u32 = 1_500;
 
-/// How long crafts are stopped, us.
-const PAUSE_US: std::ops::Range<u32> = 200_000..2_000_000;
+/// How long crafts are stopped, us: two in five for longer than a craft may be silent and live.
+const PAUSE_US: Range<u32> = 200_000..4_000_000;
+
+/// What links do at most in an interval whose links fail: samples lost and doubled of a billion, delay and
+/// jitter, us.
+const LOSS_PER_BILLION_MAX: u32 = 150_000_000;
+const DUPLICATION_PER_BILLION_MAX: u32 = 100_000_000;
+const DELAY_US_MAX: u32 = 1_000;
+
+/// How long nothing passes between some crafts and the others, us.
+const OUTAGE_US: std::ops::Range<u32> = 10_000..100_000;
 
 /// Where an orchestrator is killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +116,38 @@ impl Draws {
 
     /// How long crafts are stopped, ns.
     pub(super) fn pause_ns(&mut self) -> u64 {
-        u64::from(PAUSE_US.start + self.0.below(PAUSE_US.end - PAUSE_US.start)) * 1_000
+        self.between_ns(PAUSE_US)
+    }
+
+    /// Whether links fail in an interval.
+    pub(super) fn links_fail(&mut self) -> bool {
+        self.0.below(2) == 0
+    }
+
+    /// What they do among `processes` processes in an interval of `duration_ns`: samples are lost, doubled,
+    /// delayed and overtaken throughout, and up to half the processes are cut off for a while.
+    pub(super) fn link(&mut self, processes: u32, duration_ns: u64) -> LinkSpec {
+        let duration_us = u32::try_from(duration_ns / 1_000).expect("invariant: less than an hour");
+        let from_ns = self.delay_ns(duration_us);
+        let group = self.up_to_half(processes).into_iter().map(|craft| craft.0);
+        let outage = OutageSpec {
+            from_ns,
+            until_ns: from_ns + self.between_ns(OUTAGE_US),
+            whom: CutOff::Group(BTreeSet::from_iter(group).into_iter().collect()),
+        };
+        LinkSpec {
+            loss_per_billion: 1 + self.0.below(LOSS_PER_BILLION_MAX),
+            duplication_per_billion: self.0.below(DUPLICATION_PER_BILLION_MAX),
+            delay_ns: self.delay_ns(DELAY_US_MAX),
+            jitter_ns: self.delay_ns(DELAY_US_MAX),
+            bandwidth_bits_per_s: None,
+            outages: vec![outage],
+            positions_ns: Vec::new(),
+        }
+    }
+
+    fn between_ns(&mut self, us: Range<u32>) -> u64 {
+        u64::from(us.start + self.0.below(us.end - us.start)) * 1_000
     }
 
     /// How a craft's life shall end before its fleet does.
@@ -153,8 +195,8 @@ impl Draws {
 
 #[cfg(test)]
 mod tests {
-    use super::{Draws, Point};
-    use std::collections::BTreeSet;
+    use super::{BTreeSet, CutOff, Draws, OutageSpec, Point};
+    use crate::supervision::heartbeat::{LOOK_NS, SILENCE_NS};
 
     #[test]
     fn a_seed_draws_the_same_and_every_point_is_drawn() {
@@ -167,6 +209,30 @@ mod tests {
         let mut draws = Draws::new(3);
         let points: BTreeSet<Point> = (0..200).map(|_| draws.doom().point).collect();
         assert_eq!(points.len(), Point::ALL.len() - 3, "all but shutdown, silence and deafness");
+    }
+
+    #[test]
+    fn pauses_are_seconds_and_some_outlast_the_rule_for_silent_crafts() {
+        let mut draws = Draws::new(2);
+        let pauses: Vec<u64> = (0..100).map(|_| draws.pause_ns()).collect();
+        assert!(pauses.iter().any(|&pause_ns| pause_ns < 1_000_000_000));
+        let beyond = pauses.iter().filter(|&&pause_ns| pause_ns > SILENCE_NS + LOOK_NS).count();
+        assert!(beyond >= 20, "{beyond} of 100");
+    }
+
+    #[test]
+    fn links_that_fail_do_everything_and_cut_off_some_within_the_interval() {
+        let mut draws = Draws::new(4);
+        for _ in 0..50 {
+            let link = draws.link(5, 300_000_000);
+            assert!(link.is_faulty() && link.loss_per_billion > 0, "{link:?}");
+            let [OutageSpec { from_ns, until_ns, whom: CutOff::Group(group) }] = &link.outages[..]
+            else {
+                panic!("{link:?}")
+            };
+            assert!(from_ns < until_ns && *from_ns < 300_000_000, "{link:?}");
+            assert!(group.is_sorted() && (1..=2).contains(&group.len()), "{link:?}");
+        }
     }
 
     #[test]

@@ -33,6 +33,8 @@ pub(super) struct Setting {
     pub(super) wake: WakeMode,
     /// Whether it plays an interval of open mode.
     pub(super) is_open: bool,
+    /// Whether links fail in it.
+    pub(super) links_fail: bool,
 }
 
 impl Setting {
@@ -48,6 +50,7 @@ impl Setting {
             strategy: self.strategy,
             wake: self.wake,
             is_open: self.is_open,
+            links_fail: self.links_fail,
             kind,
             point: point.to_owned(),
             craft: craft.map(|craft| craft.0),

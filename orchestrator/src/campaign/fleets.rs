@@ -9,6 +9,7 @@
 use super::defects;
 use super::draw::Draws;
 use super::fate::{Fate, Lives, Setting, failure_of};
+use super::interval::INTERVAL_NS;
 use super::stage::Stage;
 use super::{Campaign, Early};
 use crate::launch::placement::Placement;
@@ -82,8 +83,13 @@ impl Campaign<'_> {
         let strategy = self.draws.strategy(strategies);
         let size = scenario.craft_count();
         let processes = size + u32::from(strategy.has_centre());
-        let setting = Setting { size, strategy, wake: self.draws.wake(), is_open };
-        let stage = match Stage::new(scenario, strategy, self.draws.trial(), is_open) {
+        // Links that the scenario states fail in every interval; nobody draws others beside them.
+        let is_stated = scenario.link_spec().is_some();
+        let is_drawn = is_open && !is_stated && self.draws.links_fail();
+        let link = is_drawn.then(|| self.draws.link(processes, INTERVAL_NS));
+        let links_fail = is_open && (is_stated || is_drawn);
+        let setting = Setting { size, strategy, wake: self.draws.wake(), is_open, links_fail };
+        let stage = match Stage::new(scenario, strategy, self.draws.trial(), is_open, link) {
             Ok(stage) => stage,
             Err(error) => {
                 let mut record = setting.record(FaultKind::KillCraft, "before any fault", None);

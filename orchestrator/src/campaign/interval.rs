@@ -14,7 +14,8 @@ use crate::workload::{TraceError, draw_at};
 use agent::oracle::{ObservedOpen, compare_recovered};
 use shared_types::ids::CraftId;
 use shared_types::knowledge::FleetNetwork;
-use shared_types::wire::{EpochSpec, OpenSpec, StrategyKind};
+use shared_types::limits::REAL_PATIENCE_NS;
+use shared_types::wire::{EpochSpec, LinkCounts, LinkSpec, OpenSpec, RecoverySpec, StrategyKind};
 
 /// Length of an interval, ns.
 pub(super) const INTERVAL_NS: u64 = 300_000_000;
@@ -33,10 +34,13 @@ pub(super) struct IntervalStage {
     network: FleetNetwork,
     /// The epoch that is played next.
     spec: EpochSpec,
+    /// What links have done so far.
+    links: LinkCounts,
 }
 
 impl IntervalStage {
-    /// An interval on the networks of trial `trial` of `scenario` under `strategy`, which plays traces.
+    /// An interval on the networks of trial `trial` of `scenario` under `strategy`, which plays traces, over
+    /// links that do what `link` says, else what the scenario says.
     ///
     /// # Errors
     /// If the networks hold nothing to write.
@@ -44,6 +48,7 @@ impl IntervalStage {
         scenario: &ResolvedScenario,
         strategy: StrategyKind,
         trial: u32,
+        link: Option<LinkSpec>,
     ) -> Result<Self, TraceError> {
         let seed = scenario.scenario().run.seed;
         let mut network = FleetNetwork::default();
@@ -53,13 +58,17 @@ impl IntervalStage {
         let drawn = draw_at(scenario.scenario(), (rate_per_s, duration_s), &network.view(), trial)?;
         let records = drawn.crafts.iter().map(Vec::len).max().unwrap_or(0);
         let Offer { network, .. } = Offer::new(network, drawn.crafts, trial, INTERVAL_NS);
+        // There and back, twice: who asks again before that asks for what is under way.
+        let patient = |link: &LinkSpec| {
+            RecoverySpec::patient(REAL_PATIENCE_NS + 4 * (link.delay_ns + link.jitter_ns))
+        };
         let spec = EpochSpec {
             seed,
             turns_max: u32::try_from(records).unwrap_or(u32::MAX),
             ignores_finals: true,
             reasoning: shared_types::reasoning::Reasoning::default(),
-            recovery: scenario.open_recovery(),
-            link: scenario.link_spec().cloned(),
+            recovery: link.as_ref().map(patient).or_else(|| scenario.open_recovery()),
+            link: link.or_else(|| scenario.link_spec().cloned()),
             open: Some(OpenSpec {
                 duration_ns: INTERVAL_NS,
                 slice_ns: INTERVAL_NS,
@@ -68,7 +77,7 @@ impl IntervalStage {
             }),
             ..scenario.epoch_spec(strategy, trial)
         };
-        Ok(Self { network, spec })
+        Ok(Self { network, spec, links: LinkCounts::default() })
     }
 
     /// Plays the interval once more; says what was not as it must be.
@@ -87,6 +96,7 @@ impl IntervalStage {
             return Ok(vec![(Failure::Hang, what)]);
         }
         let losses = verdict::losses(&played.reports);
+        self.links += losses.links;
         if losses.late + losses.refused > 0 {
             return Ok(vec![(Failure::Restart, format!("something was lost: {losses:?}"))]);
         }
@@ -95,5 +105,10 @@ impl IntervalStage {
         let broken = compare_recovered(&spec, &self.network.view(), &observed, &died);
         let told = broken.iter().take(TOLD_MAX);
         Ok(told.map(|what| (Failure::WrongBoards, what.to_string())).collect())
+    }
+
+    /// What links have done to samples in all intervals.
+    pub(super) const fn links(&self) -> LinkCounts {
+        self.links
     }
 }

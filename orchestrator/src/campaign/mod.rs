@@ -4,7 +4,7 @@
 //! A campaign is a row of rounds. A round on a fleet (`fleets`) kills crafts of one living fleet, at named
 //! points and at instants that were drawn, once with what kills at rare moments leave planted beside it
 //! (`defects`), stops some for a while, and ends the fleet, which plays trials or intervals of open mode
-//! (`stage`, `interval`) meanwhile; a round on an
+//! (`stage`, `interval`) meanwhile, these in half of the rounds over links that fail; a round on an
 //! orchestrator (`orchestrators`) starts the executable, kills it, and cleans. What is done to whom is
 //! drawn from the seed (`draw`); the instants at which it happens are the host's. Every fault becomes one
 //! record, kept at the end of its round. Not here: the mechanisms (`run::recovery`,
@@ -60,11 +60,14 @@ pub struct CampaignPlan {
 /// About how long a kill takes with everything that is checked after it, s.
 const SECONDS_PER_KILL: f64 = 0.5;
 
+/// About how many kills a round on a fleet has: none is cut short because enough was killed.
+const KILLS_PER_ROUND: u32 = 10;
+
 impl CampaignPlan {
     /// About how long it takes, s.
     #[must_use]
     pub fn seconds(&self) -> f64 {
-        f64::from(self.kills) * SECONDS_PER_KILL
+        f64::from(self.kills.max(KILLS_PER_ROUND)) * SECONDS_PER_KILL
     }
 }
 
@@ -152,6 +155,7 @@ impl<'a> Campaign<'a> {
             FaultKind::KillCraft => "a craft killed",
             FaultKind::KillOrchestrator => "an orchestrator killed",
             FaultKind::Pause => "crafts stopped",
+            FaultKind::Links => "links failed",
         };
         let what = format!("{} crafts: {what}, {}", record.size, record.point);
         self.progress.at(self.kills.into(), self.plan.kills.into(), &what);

@@ -1,10 +1,11 @@
 //! A round on an orchestrator: the executable is started with a fleet, killed, and cleaned up after.
 //!
-//! It runs below a base of its own, so that what is left of it cannot be mistaken for anything else. Its
-//! crafts must end by themselves, and one `clean` must remove all files.
+//! It runs below a base of its own, so that what is left of it cannot be mistaken for anything else
+//! (`launch::beside`). Its crafts must end by themselves, and one `clean` must remove all files.
 
 use super::draw::OrchestratorPoint;
 use super::{Campaign, Early};
+use crate::launch::beside::{PARENT_VARIABLE, base_beside};
 use crate::launch::craft_process::{CraftProcess, HowEnded};
 use crate::launch::leftovers;
 use crate::launch::run_root::clean_dead_runs;
@@ -61,13 +62,14 @@ impl Campaign<'_> {
         let wake = self.draws.wake();
         let size = scenario.craft_count();
         let results = self.store.directory().join("killed");
-        let site = Site { base: base_of(self.next), results };
+        let site = Site { base: base_beside(RunPaths::new(0).base(), std::process::id()), results };
         let mut record = FaultRecord {
             number: 0,
             size,
             strategy,
             wake,
             is_open: false,
+            links_fail: false,
             kind: FaultKind::KillOrchestrator,
             point: point.name().to_owned(),
             craft: None,
@@ -97,7 +99,9 @@ impl Campaign<'_> {
     ) -> Result<(), PlayError> {
         let system = |error: std::io::Error| PlayError::Failed(error.to_string());
         let arguments = command_line(&site.results, size, strategy, wake);
-        let environment = [(BASE_VARIABLE, site.base.as_os_str())];
+        let parent = OsString::from(std::process::id().to_string());
+        let environment =
+            [(BASE_VARIABLE, site.base.as_os_str()), (PARENT_VARIABLE, parent.as_os_str())];
         let mut process = self
             .launcher
             .spawn_orchestrator(&self.plan.executable, arguments, environment)
@@ -251,11 +255,6 @@ fn clean_up(site: &Site, killed: Nanos, record: &mut FaultRecord) {
             record.failures.push((Failure::Left, place.display().to_string()));
         }
     }
-}
-
-/// A base that nobody else has, short enough for the addresses of sockets.
-fn base_of(number: u32) -> PathBuf {
-    Path::new("/dev/shm").join(format!("ssc{:x}-{number}", std::process::id()))
 }
 
 /// What the orchestrator is told to do: for ever, until it is killed.

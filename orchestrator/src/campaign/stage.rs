@@ -10,7 +10,7 @@ use crate::scenario::{ResolvedScenario, compile};
 use crate::workload::TraceError;
 use agent::oracle::{Expected, Replay};
 use shared_types::knowledge::FleetNetwork;
-use shared_types::wire::{EpochSpec, StrategyKind};
+use shared_types::wire::{EpochSpec, LinkCounts, LinkSpec, StrategyKind};
 
 /// Failures of one trial that are told.
 const TOLD_MAX: usize = 3;
@@ -24,7 +24,8 @@ pub(super) enum Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    /// Trial `trial` of `scenario` under `strategy`, or the interval on its networks.
+    /// Trial `trial` of `scenario` under `strategy`, or the interval on its networks, over links that do
+    /// what `link` says if it says something.
     ///
     /// # Errors
     /// If the networks hold nothing that an interval could write.
@@ -33,9 +34,10 @@ impl<'a> Stage<'a> {
         strategy: StrategyKind,
         trial: u32,
         is_interval: bool,
+        link: Option<LinkSpec>,
     ) -> Result<Self, TraceError> {
         Ok(if is_interval {
-            Self::Interval(Box::new(IntervalStage::new(scenario, strategy, trial)?))
+            Self::Interval(Box::new(IntervalStage::new(scenario, strategy, trial, link)?))
         } else {
             Self::Trial(Box::new(TrialStage::new(scenario, strategy, trial)))
         })
@@ -52,6 +54,14 @@ impl<'a> Stage<'a> {
         match self {
             Self::Trial(trial) => trial.play(fleet),
             Self::Interval(interval) => interval.play(fleet),
+        }
+    }
+
+    /// What links have done to samples in all that was played; nothing in trials.
+    pub(super) fn links(&self) -> LinkCounts {
+        match self {
+            Self::Trial(_) => LinkCounts::default(),
+            Self::Interval(interval) => interval.links(),
         }
     }
 }

@@ -1,12 +1,12 @@
 //! `campaign`: kills and stops processes of fleets on purpose and checks what is promised.
 
+use super::planning::processors;
 use super::progress::Line;
 use super::{Refusal, Setting, load_scenario, print_report, program};
 use crate::campaign::{Campaign, CampaignPlan, PRESET};
 use crate::cli::{CampaignArguments, CommonArguments, JanitorStep};
+use crate::launch::beside::clean_all;
 use crate::launch::os_process::{CraftErrors, Launcher};
-use crate::launch::placement::Processors;
-use crate::launch::run_root::clean_dead_runs;
 use crate::outcome::Outcome;
 use crate::report::campaign::CampaignReport;
 use crate::results::faults::{FaultRecord, Step};
@@ -15,6 +15,7 @@ use crate::results::read::read_run;
 use crate::results::store::{Place, Store};
 use crate::run::{Progress as _, estimate};
 use crate::supervision::signals::Signals;
+use shared_types::scenario::{Faults, Restart, RunMode, Scenario};
 use shared_types::transport::reclaim::Steps;
 use shared_types::transport::{RunPaths, WakeMode};
 use std::collections::BTreeMap;
@@ -33,24 +34,26 @@ pub fn campaign(arguments: &CampaignArguments, setting: Setting) -> Result<Outco
         ..CommonArguments::default()
     };
     let base = load_scenario(PRESET, &common, None)?;
+    refuse_what_campaigns_decide(base.scenario())?;
     let plan = CampaignPlan {
         scenarios: super::compare::sized(&base, &arguments.sizes)?,
         kills: arguments.kills,
         seed: arguments.seed,
-        processors: Processors::of_this_process().map_err(|error| refused(&error))?,
+        processors: processors(&base.scenario().fleet)?,
         // The link names what runs, also if its file was replaced meanwhile.
         executable: PathBuf::from("/proc/self/exe"),
         time_limit_s: arguments.time_limit_s,
         janitor: arguments.without.map_or(Steps::ALL, JanitorStep::left_out),
     };
-    clean_dead_runs(RunPaths::new(0).base()).map_err(|error| refused(&error))?;
+    clean_all(RunPaths::new(0).base()).map_err(|error| refused(&error))?;
     let provenance = Provenance::gather(&identity(&plan));
     let mut store = Store::create(Place::Below(&arguments.out), &provenance, &base.to_toml())
         .map_err(|error| refused(&error))?;
     let mut progress = Line::new(setting.is_quiet, None);
     if !setting.is_quiet {
         let (kills, takes) = (plan.kills, estimate::in_words(plan.seconds()));
-        progress.say(&format!("{kills} kills take {takes}"));
+        let what = if kills == 1 { "kill takes" } else { "kills take" };
+        progress.say(&format!("{kills} {what} {takes}"));
     }
     let launcher = Launcher::of_this_executable(CraftErrors::Kept);
     let ran = Campaign::new(&plan, &mut store, &mut progress, &launcher, &mut signals).run();
@@ -62,6 +65,24 @@ pub fn campaign(arguments: &CampaignArguments, setting: Setting) -> Result<Outco
     let summary = store.finish(outcome).map_err(|error| refused(&error))?;
     print_report(&CampaignReport { summary, directory, program: program() }, setting, false)?;
     Ok(outcome)
+}
+
+/// Refuses keys that a campaign would not look at: it draws faults and ways to wait, plays trials and
+/// intervals in turn, and puts a successor into the place of everybody whom it kills.
+fn refuse_what_campaigns_decide(scenario: &Scenario) -> Result<(), Refusal> {
+    let Scenario { run, fleet, faults, .. } = scenario;
+    let decided = [
+        ("run.mode", run.mode != RunMode::default()),
+        ("fleet.wake", fleet.wake != WakeMode::default()),
+        ("faults", *faults != Faults { restart: Restart::OnFailure, ..Faults::default() }),
+    ];
+    match decided.into_iter().find(|&(_, is_stated)| is_stated) {
+        None => Ok(()),
+        Some((key, _)) => Err(Refusal::new(format!(
+            "`{key}` is the campaign's own to decide, from `--seed`: leave it out, or play it with \
+             `run {PRESET}`"
+        ))),
+    }
 }
 
 /// Keeps the times of recoveries as histograms, step by step.

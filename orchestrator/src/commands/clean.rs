@@ -4,7 +4,8 @@
 
 use super::{Refusal, Setting, print_bytes};
 use crate::cli::Format;
-use crate::launch::run_root::{CleanReport, RunRootError, clean_dead_runs};
+use crate::launch::beside::clean_all;
+use crate::launch::run_root::{CleanReport, RunRootError};
 use crate::outcome::Outcome;
 use shared_types::transport::RunPaths;
 use std::io::{self, Write};
@@ -18,12 +19,12 @@ pub(super) fn carry_out(setting: Setting) -> Result<Outcome, Refusal> {
     Ok(outcome(&report))
 }
 
-/// Cleans below the base of this user.
+/// Cleans below the base of this user, and what killed campaigns left beside it.
 ///
 /// # Errors
 /// If the base cannot be read or belongs to somebody else.
 pub fn clean() -> Result<CleanReport, RunRootError> {
-    clean_dead_runs(RunPaths::new(0).base())
+    clean_all(RunPaths::new(0).base())
 }
 
 /// How the invocation ends: what could not be removed breaks the promise that nothing stays.

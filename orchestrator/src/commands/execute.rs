@@ -5,8 +5,8 @@ use super::planning::plan;
 use super::progress::Line;
 use super::{Refusal, Setting};
 use crate::cli::CommonArguments;
+use crate::launch::beside::clean_all;
 use crate::launch::os_process::{CraftErrors, Launcher};
-use crate::launch::run_root::clean_dead_runs;
 use crate::outcome::Outcome;
 use crate::results::provenance::{Provenance, RunIdentity};
 use crate::results::record::Digest;
@@ -89,7 +89,7 @@ pub(super) fn execute_under(
     let refused = |error: &dyn std::fmt::Display| Refusal::new(error.to_string());
     let plan = plan(scenarios, scope, load_sizes, common)?;
     if !plan.is_simulated {
-        clean_dead_runs(RunPaths::new(0).base()).map_err(|error| refused(&error))?;
+        clean_all(RunPaths::new(0).base()).map_err(|error| refused(&error))?;
         for fleet in &plan.fleets {
             demand(fleet, plan.seed).claim().map_err(|error| refused(&error))?;
         }

@@ -294,7 +294,7 @@ fn asking(label: Label, asks: &[u64]) -> Vec<LoadLabel> {
 }
 
 /// The processors that the fleet may use.
-fn processors(fleet: &Fleet) -> Result<Processors, Refusal> {
+pub(super) fn processors(fleet: &Fleet) -> Result<Processors, Refusal> {
     let all = Processors::of_this_process().map_err(|error| Refusal::new(error.to_string()))?;
     let cores_max = u32::try_from(all.core_count()).unwrap_or(u32::MAX);
     match fleet.cores {

@@ -4,6 +4,7 @@
 //! tmpfs and takes its lock, `placement` draws who runs where, `os_process` spawns. Watching and ending
 //! the processes is `supervision`'s work.
 
+pub mod beside;
 pub mod craft_process;
 pub mod host;
 pub mod janitor;

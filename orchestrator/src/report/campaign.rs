@@ -4,7 +4,7 @@ use super::compare::heading;
 use super::incidents;
 use super::table::{Colour, Table, column, short, wrap};
 use super::{Look, Report, document};
-use crate::results::faults::{CampaignFigures, Failure, SizeFigures, Step};
+use crate::results::faults::{CampaignFigures, Failure, SizeFigures};
 use crate::results::statistics::{Distribution, Quantile};
 use crate::results::summary::Summary;
 use std::path::PathBuf;
@@ -14,6 +14,9 @@ const FAILURES_SHOWN: usize = 5;
 
 /// The row of recoveries that had to wait until a file was old enough to go.
 const AGED: &str = "reclaimed-aged";
+
+/// The row of successors that caught up over links that failed.
+const OVER_FAILING_LINKS: &str = "caught-up-links";
 
 /// Signs of a time.
 const SIGNS: usize = 4;
@@ -87,6 +90,7 @@ fn figures_of(row: &SizeFigures) -> Vec<(String, String, &'static str)> {
         ("kills-at-named-points", row.named),
         ("orchestrators-killed", row.orchestrators),
         ("pauses", row.pauses),
+        ("rounds-with-failing-links", row.links),
         ("faults-without-effect", row.without_effect),
     ]
     .map(|(metric, count)| (metric.to_owned(), count.to_string(), "fault"))
@@ -97,9 +101,7 @@ fn figures_of(row: &SizeFigures) -> Vec<(String, String, &'static str)> {
     if let Some(bound) = row.bound_of_zero {
         all.push(("bound-of-zero".to_owned(), bound.to_string(), "probability"));
     }
-    let steps = row.times.iter().map(|(step, times)| (step.name(), times));
-    let aged = row.reclaimed_after_ageing.iter().map(|times| (AGED, times));
-    for (name, times) in steps.chain(aged) {
+    for (name, times) in times_of(row) {
         all.push((format!("{name}-n"), times.n.to_string(), "recovery"));
         for quantile in &times.quantiles {
             let (metric, value) = (format!("{name}-{}", quantile.name), quantile.value_ns);
@@ -108,6 +110,14 @@ fn figures_of(row: &SizeFigures) -> Vec<(String, String, &'static str)> {
         all.push((format!("{name}-max"), times.max_ns.to_string(), "ns"));
     }
     all
+}
+
+/// The times of a row with their names.
+fn times_of(row: &SizeFigures) -> impl Iterator<Item = (&'static str, &Distribution)> {
+    let steps = row.times.iter().map(|(step, times)| (step.name(), times));
+    let over_links = row.caught_up_on_failing_links.iter().map(|times| (OVER_FAILING_LINKS, times));
+    let aged = row.reclaimed_after_ageing.iter().map(|times| (AGED, times));
+    steps.chain(over_links).chain(aged)
 }
 
 fn size_of(row: &SizeFigures) -> String {
@@ -121,6 +131,7 @@ fn counts(figures: &CampaignFigures) -> Table {
         column("kills", "named"),
         column("kills", "orch"),
         column("", "pauses"),
+        column("", "links"),
         column("failed", "hang"),
         column("failed", "clean"),
         column("failed", "start"),
@@ -130,7 +141,7 @@ fn counts(figures: &CampaignFigures) -> Table {
     ]);
     for row in figures.sizes.iter().chain([&figures.all]) {
         let mut cells = vec![size_of(row)];
-        let done = [row.kills, row.named, row.orchestrators, row.pauses];
+        let done = [row.kills, row.named, row.orchestrators, row.pauses, row.links];
         cells.extend(done.map(|count| count.to_string()));
         cells.extend(
             Failure::ALL
@@ -144,7 +155,7 @@ fn counts(figures: &CampaignFigures) -> Table {
 fn bounds(figures: &CampaignFigures) -> String {
     let all = &figures.all;
     let Some(bound) = all.bound_of_zero else { return String::new() };
-    let faults = all.kills + all.pauses;
+    let faults = all.kills + all.pauses + all.links;
     let without = match all.without_effect {
         0 => String::new(),
         count => format!("; {count} more took no effect and prove nothing"),
@@ -152,8 +163,8 @@ fn bounds(figures: &CampaignFigures) -> String {
     wrap(
         "zeros     ",
         &format!(
-            "no failure in {faults} faults: its probability is below {bound:.4} at 95 % (3/n)\
-             {without}"
+            "a failure that {faults} faults did not show has a probability below {bound:.4} at 95 % \
+             (3/n){without}"
         ),
     )
 }
@@ -169,9 +180,7 @@ fn times(figures: &CampaignFigures) -> Table {
         column("", "max"),
     ]);
     for row in figures.sizes.iter().chain([&figures.all]) {
-        let steps = Step::ALL.into_iter().map(|step| (step.name(), row.times.get(&step)));
-        for (name, times) in steps.chain([(AGED, row.reclaimed_after_ageing.as_ref())]) {
-            let Some(times) = times else { continue };
+        for (name, times) in times_of(row) {
             let quantile = |quantile: Quantile| milliseconds(times, quantile);
             table.row(vec![
                 size_of(row),
@@ -230,7 +239,8 @@ fn legend(figures: &CampaignFigures) -> String {
              what kills leave at rare moments was planted, of which one file must be 200 ms old); known: all \
              others have given the trial up; restarted: the successor is up; rejoined: it is connected \
              in the next trial, or in the interval under way. Of intervals, by the crafts' clocks: \
-             peers-noticed: the last of them heard; caught-up: it knows all that it missed. Of an \
+             peers-noticed: the last of them heard; caught-up: it knows all that it missed (links: while \
+             links failed). Of an \
              orchestrator: reaped, and cleaned",
         )
 }

@@ -19,13 +19,15 @@ pub enum FaultKind {
     KillOrchestrator,
     /// SIGSTOP to up to half the crafts, SIGCONT later.
     Pause,
+    /// Links that lose, double, delay and cut off samples in all intervals of a round.
+    Links,
 }
 
 impl FaultKind {
     /// Whether a process was killed.
     #[must_use]
     pub const fn is_kill(self) -> bool {
-        !matches!(self, Self::Pause)
+        matches!(self, Self::KillCraft | Self::KillOrchestrator)
     }
 }
 
@@ -133,6 +135,9 @@ pub struct FaultRecord {
     /// Whether it played an interval of open mode; else trials.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_open: bool,
+    /// Whether links failed in that interval.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub links_fail: bool,
     /// What was done.
     pub kind: FaultKind,
     /// Where: the name of a point, or `random`.
@@ -191,17 +196,23 @@ pub struct SizeFigures {
     pub named: u64,
     /// Pauses that took effect.
     pub pauses: u64,
+    /// Rounds whose links failed.
+    pub links: u64,
     /// Faults that did not take effect.
     pub without_effect: u64,
     /// By name of the failure: how many faults had it.
     pub failures: BTreeMap<&'static str, u64>,
     /// Upper bound, at 95 %, of the probability of a failure that never happened: 3 / faults.
     pub bound_of_zero: Option<f64>,
-    /// Times of recoveries, from the kill on, by step, those apart in which a file had to age.
+    /// Times of recoveries, from the kill on, by step, those apart in which a file had to age, and of
+    /// catching up those in which links failed.
     pub times: BTreeMap<Step, Distribution>,
     /// From the kill to reclaimed where a file had to age ([`CRASH_DEFECTS`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reclaimed_after_ageing: Option<Distribution>,
+    /// From the kill to caught up where links failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub caught_up_on_failing_links: Option<Distribution>,
 }
 
 impl SizeFigures {
@@ -210,14 +221,18 @@ impl SizeFigures {
         let count = |counts: &dyn Fn(&FaultRecord) -> bool| {
             effective.iter().filter(|record| counts(record)).count() as u64
         };
-        let times_of = |step: Step, has_aged: bool| {
-            let meant = effective.iter().filter(|record| record.has_aged() == has_aged);
+        let times_of = |step: Step, is_meant: &dyn Fn(&FaultRecord) -> bool| {
+            let meant = effective.iter().filter(|record| is_meant(record));
             let times: Vec<u64> =
                 meant.filter_map(|record| record.times_ns.get(&step).copied()).collect();
             (!times.is_empty()).then(|| Distribution::of(&histogram_of(times)))
         };
-        let times =
-            Step::ALL.into_iter().filter_map(|step| Some((step, times_of(step, false)?))).collect();
+        let times = Step::ALL.into_iter().filter_map(|step| {
+            // What passes over links is what the successor asks for, and nothing before.
+            let is_slowed = |record: &FaultRecord| step == Step::CaughtUp && record.links_fail;
+            let times = times_of(step, &|record| !record.has_aged() && !is_slowed(record))?;
+            Some((step, times))
+        });
         let failures = Failure::ALL.into_iter().map(|failure| {
             let has =
                 |record: &&&FaultRecord| record.failures.iter().any(|(one, _)| *one == failure);
@@ -229,11 +244,13 @@ impl SizeFigures {
             orchestrators: count(&|record| record.kind == FaultKind::KillOrchestrator),
             named: count(&|record| record.kind.is_kill() && record.point != RANDOM),
             pauses: count(&|record| record.kind == FaultKind::Pause),
+            links: count(&|record| record.kind == FaultKind::Links),
             without_effect: (records.len() - effective.len()) as u64,
             failures: failures.collect(),
             bound_of_zero: bound_of_zero(effective.len()),
-            times,
-            reclaimed_after_ageing: times_of(Step::Reclaimed, true),
+            times: times.collect(),
+            reclaimed_after_ageing: times_of(Step::Reclaimed, &FaultRecord::has_aged),
+            caught_up_on_failing_links: times_of(Step::CaughtUp, &|record| record.links_fail),
         }
     }
 }
@@ -292,6 +309,7 @@ mod tests {
             strategy: StrategyKind::Full,
             wake: WakeMode::Poll,
             is_open: false,
+            links_fail: false,
             kind: FaultKind::KillCraft,
             point: point.to_owned(),
             craft: Some(1),
@@ -327,6 +345,22 @@ mod tests {
         assert_eq!(all.times[&Step::Reclaimed].n, 1);
         assert!(all.times[&Step::Reclaimed].max_ns < 10_000_000);
         assert!(all.reclaimed_after_ageing.is_some_and(|times| times.max_ns > 200_000_000));
+    }
+
+    #[test]
+    fn who_catches_up_over_links_that_fail_is_timed_apart() {
+        let times = BTreeMap::from([(Step::Reclaimed, 9_000_000), (Step::CaughtUp, 400_000_000)]);
+        let slow = FaultRecord { links_fail: true, times_ns: times, ..record(1, 5, "loan") };
+        let times = BTreeMap::from([(Step::Reclaimed, 8_000_000), (Step::CaughtUp, 40_000_000)]);
+        let plain = FaultRecord { times_ns: times, ..record(2, 5, "loan") };
+        let links =
+            FaultRecord { kind: FaultKind::Links, links_fail: true, ..record(3, 5, RANDOM) };
+        let all = CampaignFigures::of(&[slow, plain, links]).all;
+        assert_eq!((all.kills, all.links), (2, 1), "links kill nobody");
+        assert_eq!(all.times[&Step::Reclaimed].n, 2);
+        assert_eq!(all.times[&Step::CaughtUp].n, 1);
+        assert!(all.times[&Step::CaughtUp].max_ns < 50_000_000);
+        assert!(all.caught_up_on_failing_links.is_some_and(|times| times.max_ns > 390_000_000));
     }
 
     #[test]

@@ -1,14 +1,17 @@
 //! Campaigns of faults: short ones that must be clean, what they leave, and how they end early.
 
 use crate::invocation::Place;
+use orchestrator::launch::beside::base_beside;
 use orchestrator::results::faults::{CRASH_DEFECTS, CampaignFigures, Failure, FaultKind, RANDOM};
-use rustix::process::Signal;
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+use shared_types::transport::RunPaths;
+use std::path::Path;
 
 #[test]
 fn short_campaign_is_clean_and_reads_back_from_its_directory() {
     let place = Place::for_fleets();
-    let words = "campaign --kills 20 --sizes 4 --seed 3 --format json";
+    let words = "campaign --kills 20 --sizes 4 --seed 5 --format json";
     let finished = place.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
     place.assert_nothing_left(&[]);
     let results = place.results().unwrap();
@@ -19,6 +22,8 @@ fn short_campaign_is_clean_and_reads_back_from_its_directory() {
     assert!(results.faults.iter().any(|fault| fault.kind == FaultKind::KillOrchestrator));
     assert!(results.faults.iter().any(|fault| fault.point == RANDOM && fault.took_effect));
     assert!(figures.points[CRASH_DEFECTS] > 0, "what the janitor is for was planted: {figures:?}");
+    let mut links = results.faults.iter().filter(|fault| fault.kind == FaultKind::Links);
+    assert!(links.any(|fault| fault.took_effect && fault.links_fail), "links failed: {figures:?}");
     let mut killed = results.faults.iter().filter(|fault| fault.kind == FaultKind::KillCraft);
     assert!(killed.any(|fault| fault.is_open && fault.took_effect), "in open mode, too");
     let document: Value = serde_json::from_str(&finished.stdout).unwrap();
@@ -83,4 +88,69 @@ fn interrupted_campaign_keeps_what_was_done_and_leaves_nothing() {
     place.assert_nothing_left(&[]);
     assert!(finished.stdout.contains("kills"), "{finished}");
     assert!(finished.stderr.contains("100000 kills take"), "{finished}");
+}
+
+#[test]
+fn what_a_campaign_decides_itself_is_refused() {
+    let place = Place::new();
+    for (key, named) in [
+        ("faults.restart=\"never\"", "`faults`"),
+        ("faults.restart-limit=1", "`faults`"),
+        ("run.mode=\"simulated\"", "`run.mode`"),
+        ("fleet.wake=\"block\"", "`fleet.wake`"),
+    ] {
+        let refused = place.run(&["campaign", "--kills", "1", "--set", key]).expect_code(2);
+        assert!(refused.stderr.contains(named) && refused.stderr.contains("--seed"), "{refused}");
+    }
+    assert!(!place.files().join("runs").exists());
+}
+
+/// The orchestrator that process `campaign` has started below `base`, once there is one with a run.
+fn orchestrator_of(campaign: u32, base: &Path) -> Option<Pid> {
+    RunPaths::list(base).ok()?.pop()?;
+    let entries = std::fs::read_dir("/proc").ok()?.flatten();
+    let mut pids = entries.filter_map(|entry| entry.file_name().to_str()?.parse::<i32>().ok());
+    let is_child = |pid: &i32| {
+        let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+        let parent = stat.rsplit(')').next().unwrap_or_default().split(' ').nth(2);
+        let words = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+        parent == Some(&campaign.to_string()) && words.windows(4).any(|word| word == b"\0run")
+    };
+    pids.find(is_child).and_then(Pid::from_raw)
+}
+
+/// Kills a campaign while it has an orchestrator, and that one too if `both`; nothing may stay.
+#[track_caller]
+fn kill_a_campaign(both: bool) {
+    let place = Place::for_fleets();
+    let invocation = place.start(&["campaign", "--kills", "100000", "--sizes", "2", "--quiet"]);
+    let beside = base_beside(&place.base(), invocation.pid());
+    let orchestrator =
+        crate::shared::until("an orchestrator", || orchestrator_of(invocation.pid(), &beside));
+    let runs = RunPaths::list(&beside).unwrap();
+    invocation.signal(Signal::KILL);
+    if both {
+        kill_process(orchestrator, Signal::KILL).unwrap();
+    }
+    invocation.finish().expect_signal(Signal::KILL);
+    if !both {
+        // Nobody cleans up after it: it is told to end, and does that itself.
+        crate::shared::until("the end of its orchestrator", || (!beside.exists()).then_some(()));
+    }
+    // One that was being spawned ends within a second.
+    crate::shared::until("a clean place", || {
+        place.run(&["clean"]).expect_code(0);
+        (!beside.exists()).then_some(())
+    });
+    place.assert_nothing_left(&runs);
+}
+
+#[test]
+fn orchestrator_of_a_killed_campaign_ends_by_itself() {
+    kill_a_campaign(false);
+}
+
+#[test]
+fn what_a_campaign_and_its_orchestrator_leave_is_cleaned() {
+    kill_a_campaign(true);
 }
