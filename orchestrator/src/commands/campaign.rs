@@ -94,7 +94,7 @@ fn keep_times(
         let times: Vec<u64> =
             faults.iter().filter_map(|fault| fault.times_ns.get(&step).copied()).collect();
         if !times.is_empty() {
-            store.keep_recovery_times(step.name(), times)?;
+            store.keep_recovery_times(step, times)?;
         }
     }
     Ok(())

@@ -5,6 +5,7 @@
 //! counts, and a table of percentiles, and a run that came to its end has a summary. Only the scenario
 //! stands alone: one that was cut off between two lines is a scenario.
 
+use super::complete_faults;
 use super::histogram::STALENESS_TAG;
 use super::measurements::{
     HEADER, RowKey, capacity_key, is_last_of_record, key_of, load_key, timing_key, trial_key,
@@ -64,6 +65,7 @@ pub(super) fn lacks(run: &RunData) -> Vec<Missing> {
         Ok(bytes) => compare_rows(run, &bytes, &mut lack),
         Err(error) => lack(MEASUREMENTS_FILE, error.to_string()),
     }
+    complete_faults::lacks(run, &mut lack);
     if run.outcome().is_some()
         && let Ok(summary) = std::fs::read(run.directory.join(SUMMARY_FILE))
         && let Err(error) = serde_json::from_slice::<serde::de::IgnoredAny>(&summary)
@@ -74,7 +76,7 @@ pub(super) fn lacks(run: &RunData) -> Vec<Missing> {
 }
 
 /// Whether a table of percentiles has its last line.
-fn is_whole_table(table: &[u8]) -> bool {
+pub(super) fn is_whole_table(table: &[u8]) -> bool {
     let last =
         table.strip_suffix(b"]\n").and_then(|lines| lines.rsplit(|&byte| byte == b'\n').next());
     last.is_some_and(|line| line.starts_with(b"#[Buckets"))

@@ -7,6 +7,7 @@
 pub mod baseline;
 pub mod borne;
 mod complete;
+mod complete_faults;
 pub mod crafts;
 pub mod diff;
 pub mod directory;

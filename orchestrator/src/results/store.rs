@@ -22,9 +22,10 @@
 //! a reader finds every record that was complete, and at most one torn line at an end. Nothing is
 //! forced to the disk: a power cut may lose what the kernel still holds. Reading is [`super::read`].
 
+use super::complete_faults::{log_of, table_of};
 use super::directory::{make_directory, point_latest_at};
 use super::event::{Event, EventLine};
-use super::faults::FaultRecord;
+use super::faults::{FaultRecord, Step};
 use super::histogram::{to_interval_log, to_load_log, to_percentile_table};
 use super::load::{CapacityRecord, LoadHistograms, LoadRecord};
 use super::measurements;
@@ -295,11 +296,11 @@ impl Store {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn keep_recovery_times(&self, step: &str, times_ns: Vec<u64>) -> Result<(), StoreError> {
+    pub fn keep_recovery_times(&self, step: Step, times_ns: Vec<u64>) -> Result<(), StoreError> {
         let table = to_percentile_table(&histogram_of(times_ns.iter().copied()));
-        self.replace(&format!("recovery-{step}.hgrm"), &table)?;
+        self.replace(&table_of(step), &table)?;
         let log = to_interval_log(&[times_ns], self.elapsed_ns());
-        self.replace(&format!("recovery-{step}.hlog"), &log)
+        self.replace(&log_of(step), &log)
     }
 
     /// Keeps an event, stamped with the time since the directory was made.

@@ -73,3 +73,22 @@ fn a_sweep_is_reported_whatever_was_cut() {
         }
     });
 }
+
+#[test]
+fn a_campaign_is_reported_whatever_was_cut() {
+    let place = Place::for_fleets();
+    place.run(&["campaign", "--kills", "1", "--sizes", "2", "--seed", "2"]).expect_code(0);
+    let run = std::fs::canonicalize(place.files().join("runs/latest")).unwrap();
+    let told = |name: &str, report: &Finished| {
+        let may_be_silent = name.ends_with(".toml");
+        assert!(report.stdout.contains(name) || may_be_silent, "{name}: {report}");
+    };
+    after_each_cut(&place, &run, told);
+    // Between two lines: nothing is torn, and what is gone is counted elsewhere.
+    let faults = run.join("faults.jsonl");
+    let whole = std::fs::read_to_string(&faults).unwrap();
+    for end in whole.match_indices('\n').map(|(end, _)| end + 1).filter(|&end| end < whole.len()) {
+        std::fs::write(&faults, &whole[..end]).unwrap();
+        told("faults.jsonl", &place.run(&["report", "runs/latest"]).expect_code(0));
+    }
+}
