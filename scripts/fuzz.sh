@@ -37,12 +37,12 @@ for crate in shared-types orchestrator; do
     for name in "${names[@]}"; do
         mkdir -p "$fuzz/corpus/$name" "$fuzz/artifacts/$name"
         printf '== %s: %s s\n' "$name" "$seconds"
-        if ! "$programs/$name" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=2048 \
+        if ! "$programs/$name" -max_total_time="$seconds" -timeout=20 -report_slow_units=1 -rss_limit_mb=2048 \
             -print_final_stats=1 -artifact_prefix="$fuzz/artifacts/$name/" \
             "$fuzz/corpus/$name" "$TMPDIR/$crate/$name" >"$TMPDIR/said" 2>&1; then
             cat "$TMPDIR/said"
             exit 1
         fi
-        grep -E 'number_of_executed_units|new_units_added' "$TMPDIR/said"
+        grep -E 'DONE|number_of_executed_units|slowest_unit' "$TMPDIR/said"
     done
 done

@@ -10,14 +10,28 @@
 
 mod shares;
 
-pub use shares::{SHARE_STEPS, Shares, TOTAL_CLASSES_PER_OCTAVE, class_floor_ns, share_part_name};
+pub use shares::{
+    SHARE_STEPS, Shares, TOTAL_CLASSES_PER_OCTAVE, class_floor_ns, is_share_row, share_part_name,
+};
 
-use hdrhistogram::Histogram;
 use hdrhistogram::serialization::{Deserializer, Serializer, V2Serializer};
+use hdrhistogram::{Counter, Histogram};
 use shared_types::ids::CraftId;
 use shared_types::limits::SLICES_MAX;
 use shared_types::time::Nanos;
 use shared_types::wire::{OpenReport, OpenSpec, ReadSeen, Stage};
+
+/// How a histogram in the V2 format begins that is not compressed.
+const HISTOGRAM_COOKIE: [u8; 4] = 0x1c84_9313_u32.to_be_bytes();
+
+/// Bytes before its counts.
+const HISTOGRAM_HEAD_BYTES: usize = 40;
+
+/// More events no histogram of ours holds; sums over slices and fleets stay below 2^64.
+const EVENTS_MAX: u64 = 1 << 48;
+
+/// Decimal digits that histograms tell apart.
+const DIGITS: u8 = 3;
 
 /// Longest time that is told from a longer one, ns.
 const TIME_NS_MAX: u64 = 60_000_000_000;
@@ -211,7 +225,7 @@ fn times() -> Histogram<u32> {
 }
 
 fn upto(most: u64) -> Histogram<u32> {
-    Histogram::new_with_bounds(1, most, 3).expect("invariant: the bounds are valid")
+    Histogram::new_with_bounds(1, most, DIGITS).expect("invariant: the bounds are valid")
 }
 
 /// Counts `times` events of `value`; what is beyond the bounds counts at the bound.
@@ -223,15 +237,60 @@ fn note(histogram: &mut Histogram<u32>, value: u64, times: u32) {
     }
 }
 
-/// The histogram that [`Measured::report`] wrote; `None` for an empty slice.
-pub(crate) fn histogram_of(bytes: &[u8]) -> Option<Histogram<u32>> {
-    Deserializer::new().deserialize(&mut &bytes[..]).ok()
+/// A histogram in the V2 format of HdrHistogram, uncompressed, as crafts report it; `None` if the bytes are
+/// none, as of an empty slice, or if it tells more digits apart or holds more events than any of ours.
+///
+/// The library takes as much memory as the head asks for, up to 4 GiB, before it looks at what follows:
+/// what follows is held against the head first.
+#[must_use]
+pub fn read_histogram<T: Counter>(bytes: &[u8]) -> Option<Histogram<T>> {
+    let counts = bytes.get(HISTOGRAM_HEAD_BYTES..)?;
+    let word = |at: usize| Some(u32::from_be_bytes(*bytes.get(at..)?.first_chunk()?));
+    let is_whole = word(4)? as usize == counts.len() && word(12)? <= u32::from(DIGITS);
+    if !bytes.starts_with(&HISTOGRAM_COOKIE) || !is_whole {
+        return None;
+    }
+    let read = Deserializer::new().deserialize(&mut &bytes[..]).ok();
+    read.filter(|histogram: &Histogram<T>| histogram.len() <= EVENTS_MAX)
 }
 
-fn serialized(histogram: &Histogram<u32>) -> Vec<u8> {
+fn serialized<T: Counter>(histogram: &Histogram<T>) -> Vec<u8> {
     let mut bytes = Vec::new();
     V2Serializer::new()
         .serialize(histogram, &mut bytes)
         .expect("invariant: memory takes every histogram");
     bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DIGITS, EVENTS_MAX, Histogram, read_histogram, serialized, times};
+
+    #[test]
+    fn a_histogram_is_read_back_and_one_that_asks_for_more_memory_than_it_has_is_refused() {
+        let mut events = times();
+        events.record_n(1_000, 7).expect("in bounds");
+        let bytes = serialized(&events);
+        assert_eq!(read_histogram(&bytes).as_ref(), Some(&events));
+        assert_eq!(read_histogram::<u32>(&[]), None);
+        let with = |at: usize, word: u32| {
+            let mut bytes = bytes.clone();
+            bytes[at..at + 4].copy_from_slice(&word.to_be_bytes());
+            read_histogram::<u32>(&bytes)
+        };
+        assert_eq!(with(4, u32::MAX), None, "length of the counts");
+        assert_eq!(with(12, 5), None, "digits");
+        assert_eq!(with(0, 0x1c84_9314), None, "compressed");
+    }
+
+    #[test]
+    fn a_histogram_of_more_events_than_there_can_be_is_refused() {
+        let read = |events: u64| {
+            let mut histogram = Histogram::<u64>::new(DIGITS).expect("the digits are valid");
+            histogram.record_n(1_000, events).expect("in bounds");
+            read_histogram::<u64>(&serialized(&histogram)).map(|histogram| histogram.len())
+        };
+        assert_eq!(read(EVENTS_MAX), Some(EVENTS_MAX));
+        assert_eq!(read(EVENTS_MAX + 1), None);
+    }
 }

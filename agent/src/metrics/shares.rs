@@ -34,6 +34,12 @@ pub const fn class_floor_ns(class: u32) -> u64 {
     ((TOTAL_CLASSES_PER_OCTAVE as u64 + step as u64) << octave) / TOTAL_CLASSES_PER_OCTAVE as u64
 }
 
+/// Whether a row of a table names a class, a part and a share that there are.
+#[must_use]
+pub const fn is_share_row([class, part, step, _]: [u32; 4]) -> bool {
+    class < OCTAVES * TOTAL_CLASSES_PER_OCTAVE && part < PARTS && step < SHARES
+}
+
 /// A table of counts by class of the total, part and share.
 #[derive(Clone, Debug, Default)]
 pub struct Shares {

@@ -125,7 +125,7 @@ impl OpenComparison<'_> {
             let found = open.applied_from.get(sender.index()).copied().unwrap_or(0);
             self.bounded_pair(sender, craft, Metric::Applications, wanted, found);
         }
-        let applied: u64 = open.applied_from.iter().sum();
+        let applied = open.applied_from.iter().copied().fold(0, u64::saturating_add);
         let known = open.applied_by_end + open.applied_after_end;
         self.comparison.check(Some(craft), Metric::Knowledge, applied, known);
     }
@@ -143,8 +143,10 @@ impl OpenComparison<'_> {
         for craft in (0..centre.0).map(CraftId) {
             let (client, at_centre) = (self.report(craft), self.report(centre));
             let requests = traffic(client, Class::Replication).transmissions;
-            let arrived = at_centre.counters.deliveries_from[craft.index()];
-            let replies = client.counters.deliveries_from[centre.index()];
+            let from = |report: &TrialReport, sender: CraftId| {
+                report.counters.deliveries_from.get(sender.index()).copied().unwrap_or(0)
+            };
+            let (arrived, replies) = (from(at_centre, craft), from(client, centre));
             asked += requests;
             let delivered = Metric::DeliveriesFromSender;
             self.comparison.check_pair(craft, centre, delivered, requests, arrived);

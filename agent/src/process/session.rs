@@ -11,14 +11,13 @@ mod interval;
 use crate::craft::dispatch::dispatch;
 use crate::craft::{Craft, Outbox};
 use interval::Interval;
-use shared_types::ids::Turn;
+use shared_types::ids::{CraftId, Turn};
 use shared_types::knowledge::{FleetView, NetworkError};
 use shared_types::limits::REPORT_PART_BYTES;
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Endpoint, SendError, WorldSample};
 use shared_types::wire::{
-    ArchivedEpochSpec, Class, EpochSpec, GO_JOINING, Header, Kind, MembershipChange, TrialReport,
-    TurnCommand,
+    Class, EpochSpec, GO_JOINING, Header, Kind, MembershipChange, TrialReport, TurnCommand,
 };
 use zerocopy::{FromBytes, IntoBytes};
 
@@ -79,6 +78,9 @@ pub enum SessionError {
     /// The networks of an epoch cannot be used.
     #[error(transparent)]
     Network(#[from] NetworkError),
+    /// The networks of an epoch are those of a fleet, of so many crafts, in which this process has no place.
+    #[error("networks of {1} crafts were published for process {0}: they are of another fleet")]
+    OtherFleet(CraftId, u32),
 }
 
 /// What the loop has to do besides stepping.
@@ -149,6 +151,10 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             let Some(sample) = self.await_world(next.network)? else { return Ok(()) };
             let fleet = FleetView::from_archive(&sample)?;
             self.surroundings.beat();
+            let (craft, crafts) = (self.craft.id(), fleet.craft_count());
+            if craft.0 > crafts {
+                return Err(SessionError::OtherFleet(craft, crafts));
+            }
             let served = self.serve(&fleet, &next)?;
             world = Some(sample);
             match served {
@@ -377,15 +383,9 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
 /// What a control message asks for.
 fn order(header: &Header, payload: &[u8]) -> Option<Order> {
     match header.kind()? {
-        Kind::EpochBegin => {
-            // Archives lie at any alignment inside a sample; the copy is once per epoch.
-            let mut aligned = rkyv::util::AlignedVec::<16>::with_capacity(payload.len());
-            aligned.extend_from_slice(payload);
-            let archived = rkyv::access::<ArchivedEpochSpec, rkyv::rancor::Error>(&aligned).ok()?;
-            let spec: EpochSpec =
-                rkyv::deserialize::<EpochSpec, rkyv::rancor::Error>(archived).ok()?;
-            (spec.epoch == header.epoch).then_some(Order::Begin(spec))
-        }
+        Kind::EpochBegin => EpochSpec::from_archive(payload)
+            .filter(|spec| spec.epoch == header.epoch)
+            .map(Order::Begin),
         Kind::Connect => Some(Order::Connect),
         Kind::Go => Some(Order::Go(Nanos(header.intended_ns), header.argument == GO_JOINING)),
         Kind::Tally => Some(Order::Tally(header.argument)),

@@ -1,6 +1,6 @@
 //! What a craft hears from others once the header is verified, and what the referee hears of crafts.
 
-use crate::scenario::{compile, load_text};
+use crate::scenario::{ResolvedScenario, compile, load_text};
 use agent::craft::{Craft, Outbox};
 use agent::lockstep::Referee;
 use shared_types::ids::{CraftId, FactId};
@@ -15,23 +15,27 @@ use std::sync::LazyLock;
 use zerocopy::{FromBytes, IntoBytes};
 
 /// Crafts of the fleet.
-const CRAFTS: u32 = 5;
+pub(super) const CRAFTS: u32 = 5;
 /// Bytes of a record.
 const STRIDE: usize = 16 + INTENDED_BYTES;
 
 /// Five crafts in a tree, in groups of two.
-static FLEET: LazyLock<FleetNetwork> = LazyLock::new(|| {
+pub(super) static SCENARIO: LazyLock<ResolvedScenario> = LazyLock::new(|| {
     let text = "fleet.crafts = 5\n[topology]\ntree = \"binary\"\n\
                 group-size = 2\n\
                 [network]\nfacts = 12\nrules = 8\nactions = 6\ninitial = 4\nfinals = 2\n\
                 linking = \"shared\"\nboundary-fraction = 0.5\nsharers = 3\n";
-    let scenario = load_text("five", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    load_text("five", text, &[]).unwrap_or_else(|error| panic!("{error}"))
+});
+
+/// Their networks.
+pub(super) static FLEET: LazyLock<FleetNetwork> = LazyLock::new(|| {
     let mut network = FleetNetwork::default();
-    compile(&scenario, 7, 0, &mut network);
+    compile(&SCENARIO, 7, 0, &mut network);
     network
 });
 
-fn spec(strategy: StrategyKind, is_open: bool, recovers: bool) -> EpochSpec {
+pub(super) fn spec(strategy: StrategyKind, is_open: bool, recovers: bool) -> EpochSpec {
     let open = OpenSpec {
         duration_ns: 1_000_000,
         slice_ns: 100_000,
@@ -138,7 +142,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
 }
 
 /// A sample of `source` with two records, if the kind has any.
-fn sample(source: u32, destination: u32, kind: Kind) -> Vec<u8> {
+pub(super) fn sample(source: u32, destination: u32, kind: Kind) -> Vec<u8> {
     let class = if kind == Kind::Reply { Class::Reply } else { Class::Replication };
     let mut header = Header::new(class, kind);
     (header.source, header.origin, header.destination) = (source, source, destination);
@@ -158,7 +162,7 @@ fn sample(source: u32, destination: u32, kind: Kind) -> Vec<u8> {
     with_payload(&header, &payload)
 }
 
-fn with_payload(header: &Header, payload: &[u8]) -> Vec<u8> {
+pub(super) fn with_payload(header: &Header, payload: &[u8]) -> Vec<u8> {
     let length = u16::try_from(payload.len()).unwrap_or(u16::MAX).to_le_bytes();
     [header.as_bytes(), &length, payload].concat()
 }

@@ -3,6 +3,7 @@
 //! Directories lie where temporary files do and are removed at the end of the thread.
 
 use crate::outcome::Outcome;
+use crate::report::campaign::CampaignReport;
 use crate::report::compare::Compare;
 use crate::report::diff::Difference;
 use crate::report::page::Page;
@@ -10,21 +11,26 @@ use crate::report::run::Mission;
 use crate::report::{Look, Report};
 use crate::results::diff::Diff;
 use crate::results::event::Event;
+use crate::results::faults::{Failure, FaultKind, FaultRecord, Step};
 use crate::results::host::HostCheck;
 use crate::results::read::{Missing, RunData, read_run};
 use crate::results::record::Cell;
 use crate::results::resume::Unfinished;
 use crate::results::sample::{capacity, load, provenance, timing, trial};
 use crate::results::store::{
-    CAPACITIES_FILE, EVENTS_FILE, LOADS_FILE, Place, SCENARIO_FILE, Store, TIMINGS_FILE,
-    TRIALS_FILE,
+    CAPACITIES_FILE, EVENTS_FILE, FAULTS_FILE, LOADS_FILE, Place, SCENARIO_FILE, Store,
+    TIMINGS_FILE, TRIALS_FILE,
 };
 use crate::results::summary::Summary;
+use shared_types::transport::WakeMode;
 use shared_types::wire::StrategyKind;
 use std::path::{Path, PathBuf};
 
 /// Fleet of the sample.
 const SIZE: u32 = 3;
+
+/// Steps of recovery that the faults of the sample reached.
+const STEPS: [Step; 2] = [Step::Noticed, Step::Reclaimed];
 
 /// A sound directory, and its files as they were.
 struct Sound {
@@ -34,13 +40,14 @@ struct Sound {
 }
 
 thread_local! {
-    static SOUND: Sound = Sound::leave();
+    static SOUND: Sound = Sound::leave(leave_run);
+    static CAMPAIGN: Sound = Sound::leave(leave_campaign);
 }
 
 impl Sound {
-    fn leave() -> Self {
+    fn leave(leave: fn(&Path)) -> Self {
         let place = tempfile::tempdir().expect("temporary files have a place");
-        leave_run(place.path());
+        leave(place.path());
         let entries = std::fs::read_dir(place.path()).expect("the directory was made");
         let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
         paths.sort();
@@ -53,6 +60,11 @@ impl Sound {
     /// The file that `choice` names.
     fn file(&self, choice: u8) -> &(PathBuf, Vec<u8>) {
         &self.files[usize::from(choice) % self.files.len()]
+    }
+
+    fn seeds(&self) -> Vec<Vec<u8>> {
+        let files = (0..=u8::MAX).zip(&self.files);
+        files.map(|(choice, (_, content))| [&[choice][..], content].concat()).collect()
     }
 }
 
@@ -85,6 +97,35 @@ fn leave_run(directory: &Path) {
         event(&mut store, Event::FleetDone { block, size: SIZE, code: 0 });
     }
     store.finish(Outcome::Success).expect("the disk takes it");
+}
+
+/// Leaves a campaign of three faults, of which the last one is timed.
+fn leave_campaign(directory: &Path) {
+    let mut store = Store::create(Place::Exactly(directory), &provenance(), "[run]\nseed = 7\n")
+        .expect("the directory is new");
+    let kinds = [FaultKind::KillCraft, FaultKind::Pause, FaultKind::KillOrchestrator];
+    for (number, kind) in (0..).zip(kinds) {
+        let fault = FaultRecord {
+            number,
+            size: SIZE,
+            strategy: StrategyKind::Full,
+            wake: WakeMode::Adaptive,
+            is_open: number == 2,
+            links_fail: number == 2,
+            kind,
+            point: "send".to_owned(),
+            craft: (number == 0).then_some(1),
+            took_effect: true,
+            failures: vec![(Failure::Left, "a segment".to_owned())],
+            times_ns: STEPS.map(|step| (step, 1_000 * (u64::from(number) + 1))).into(),
+        };
+        store.append_fault(&fault).expect("the disk takes it");
+    }
+    for step in STEPS {
+        let times = vec![1_000, 2_000, 3_000];
+        store.keep_recovery_times(step, times).expect("the disk takes it");
+    }
+    store.finish(Outcome::Broken).expect("the disk takes it");
 }
 
 /// Puts a file back when it goes, also out of a panic.
@@ -124,6 +165,22 @@ pub(super) fn read(bytes: &[u8]) {
     });
 }
 
+/// The same of a campaign, whose report is another one.
+pub(super) fn read_campaign(bytes: &[u8]) {
+    let Some((&choice, content)) = bytes.split_first() else { return };
+    CAMPAIGN.with(|sound| {
+        let file = sound.file(choice);
+        let _damage = Damage::of(file, content);
+        let run = read_run(sound.place.path()).expect("a damaged run is a run");
+        check_lines(&run, &file.0, content);
+        let is_told = !is_cut(file, content) || tells(&run, &file.0);
+        assert!(is_told, "{}: {:?}", file.0.display(), run.missing);
+        let (summary, directory) = (Summary::of(&run), run.directory.clone());
+        let program = "slateswarm".to_owned();
+        tell_all(&run, &all_forms(&CampaignReport { summary, directory, program }));
+    });
+}
+
 /// Whether `content` is what a power cut leaves of a file: a part, or a part and then nothing. White
 /// space is no loss, and a scenario that ends between two lines is a scenario.
 fn is_cut((path, sound): &(PathBuf, Vec<u8>), content: &[u8]) -> bool {
@@ -146,6 +203,7 @@ fn check_lines(run: &RunData, path: &Path, content: &[u8]) {
         LOADS_FILE => run.loads.len(),
         CAPACITIES_FILE => run.capacities.len(),
         EVENTS_FILE => run.events.len(),
+        FAULTS_FILE => run.faults.len(),
         _ => return,
     };
     let whole = std::str::from_utf8(content).map_or_else(|error| error.valid_up_to(), str::len);
@@ -179,11 +237,14 @@ fn report(run: &RunData) {
         assert!(page.html().ends_with("</html>\n"));
         page.pictures.iter().for_each(|picture| assert!(!picture.document().is_empty()));
     }
-    for forms in [all_forms(&mission), all_forms(&compare)] {
-        // Whatever is missing is said wherever a report can say it.
-        let is_told = |lack: &Missing| forms[1].contains(&lack.file);
-        assert!(run.missing.iter().all(is_told), "{:?}", run.missing);
-    }
+    tell_all(run, &all_forms(&mission));
+    tell_all(run, &all_forms(&compare));
+}
+
+/// Whatever is missing is said wherever a report can say it.
+fn tell_all(run: &RunData, forms: &[String; 3]) {
+    let is_told = |lack: &Missing| forms[1].contains(&lack.file);
+    assert!(run.missing.iter().all(is_told), "{:?}", run.missing);
 }
 
 fn all_forms(report: &impl Report) -> [String; 3] {
@@ -230,8 +291,10 @@ fn contents(directory: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 /// Every file as it was.
 pub(super) fn seeds() -> Vec<Vec<u8>> {
-    SOUND.with(|sound| {
-        let files = (0..=u8::MAX).zip(&sound.files);
-        files.map(|(choice, (_, content))| [&[choice][..], content].concat()).collect()
-    })
+    SOUND.with(Sound::seeds)
+}
+
+/// Every file of a campaign as it was.
+pub(super) fn campaign_seeds() -> Vec<Vec<u8>> {
+    CAMPAIGN.with(Sound::seeds)
 }

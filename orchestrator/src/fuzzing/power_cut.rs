@@ -22,9 +22,9 @@ fn cuts(content: &[u8], draws: &mut Stream) -> BTreeSet<usize> {
     ends.iter().step_by(step).copied().chain(last).chain(drawn).collect()
 }
 
-fn after_cuts(check: fn(&[u8])) {
+fn after_cuts(seeds: Vec<Vec<u8>>, check: fn(&[u8])) {
     let mut draws = Stream::new(1, 0, Purpose::Test, 0);
-    for seed in directories::seeds() {
+    for seed in seeds {
         for cut in cuts(&seed[1..], &mut draws) {
             let mut left = seed[..=cut].to_vec();
             check(&left);
@@ -36,10 +36,15 @@ fn after_cuts(check: fn(&[u8])) {
 
 #[test]
 fn a_directory_reads_says_what_is_missing_and_is_reported_on() {
-    after_cuts(directories::read);
+    after_cuts(directories::seeds(), directories::read);
 }
 
 #[test]
 fn a_directory_is_gone_on_with_or_left_as_it_is() {
-    after_cuts(directories::resume);
+    after_cuts(directories::seeds(), directories::resume);
+}
+
+#[test]
+fn a_campaign_reads_says_what_is_missing_and_is_reported_on() {
+    after_cuts(directories::campaign_seeds(), directories::read_campaign);
 }

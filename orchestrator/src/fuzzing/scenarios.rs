@@ -23,7 +23,7 @@ pub(super) fn read(bytes: &[u8]) {
     }
 }
 
-fn check(scenario: &ResolvedScenario) {
+pub(super) fn check(scenario: &ResolvedScenario) {
     let text = scenario.to_toml();
     let again = load_text("any.toml", &text, &[]);
     let again = again.unwrap_or_else(|error| panic!("{error} in what was written:\n{text}"));

@@ -54,7 +54,8 @@ fn counted_in_summary(run: &RunData) -> u64 {
     let text = std::fs::read(run.directory.join(SUMMARY_FILE)).unwrap_or_default();
     let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
     let all = &summary["timing"]["campaign"]["all"];
-    COUNTED.iter().filter_map(|count| all[count].as_u64()).sum()
+    let counts = COUNTED.iter().filter_map(|count| all[count].as_u64());
+    counts.fold(0, u64::saturating_add)
 }
 
 /// The file with the times of a step of recovery.

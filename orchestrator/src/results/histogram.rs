@@ -7,18 +7,27 @@
 use super::inference::quantiles::Slice;
 use super::load::LoadHistograms;
 use super::statistics::time_histogram;
+use agent::metrics::read_histogram;
 use base64::Engine as _;
+use flate2::read::ZlibDecoder;
 use hdrhistogram::Histogram;
+use hdrhistogram::serialization::V2DeflateSerializer;
 use hdrhistogram::serialization::interval_log::{
     IntervalLogIterator, IntervalLogWriterBuilder, LogEntry, Tag,
 };
-use hdrhistogram::serialization::{Deserializer, V2DeflateSerializer};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::time::Duration;
 
 /// Steps of the percentile table in which the distance to 100 % is halved.
 const STEPS_PER_HALVING: u32 = 5;
+
+/// How a compressed histogram in the V2 format begins; the length of the rest follows.
+const COMPRESSED_COOKIE: [u8; 4] = 0x1c84_9314_u32.to_be_bytes();
+
+/// Most bytes of a histogram that is not compressed: one with our digits has half as many, of any values.
+const HISTOGRAM_BYTES_MAX: u64 = 1 << 20;
 
 /// Why an interval log cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -121,7 +130,7 @@ pub fn from_interval_log(text: &str) -> Result<IntervalLog, LogError> {
             .decode(interval.encoded_histogram())
             .map_err(|_| damaged())?;
         let one: Histogram<u64> =
-            Deserializer::new().deserialize(&mut bytes.as_slice()).map_err(|_| damaged())?;
+            inflated(bytes).and_then(|bytes| read_histogram(&bytes)).ok_or_else(damaged)?;
         if let Some(tag) = interval.tag() {
             tagged.insert(tag.as_str().to_owned(), one);
             continue;
@@ -134,6 +143,19 @@ pub fn from_interval_log(text: &str) -> Result<IntervalLog, LogError> {
         }
     }
     Ok(IntervalLog { all: all.ok_or(LogError::Empty)?, slices, tagged })
+}
+
+/// What `bytes` hold if they are compressed, else themselves; `None` if they are damaged.
+fn inflated(bytes: Vec<u8>) -> Option<Vec<u8>> {
+    let Some(rest) = bytes.strip_prefix(&COMPRESSED_COOKIE) else { return Some(bytes) };
+    let (length, compressed) = rest.split_first_chunk()?;
+    if u32::from_be_bytes(*length) as usize != compressed.len() {
+        return None;
+    }
+    let mut inflated = Vec::new();
+    // Read to its end, where its checksum is.
+    let mut reader = ZlibDecoder::new(compressed).take(HISTOGRAM_BYTES_MAX);
+    reader.read_to_end(&mut inflated).ok().map(|_| inflated)
 }
 
 /// `histogram` as a percentile table in the format of the usual plotters. Values in ns.
@@ -168,8 +190,14 @@ pub fn to_percentile_table(histogram: &Histogram<u64>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{LogError, from_interval_log, to_interval_log, to_percentile_table};
+    use super::{
+        COMPRESSED_COOKIE, LogError, from_interval_log, to_interval_log, to_percentile_table,
+    };
     use crate::results::statistics::time_histogram;
+    use base64::Engine as _;
+    use flate2::Compression;
+    use flate2::write::ZlibEncoder;
+    use std::io::Write as _;
 
     #[test]
     fn an_interval_log_gives_back_the_very_histogram() {
@@ -197,6 +225,36 @@ mod tests {
         assert_eq!(from_interval_log("#nothing\n"), Err(LogError::Empty));
         let torn = &log[..log.len() - 20];
         assert!(from_interval_log(torn).is_err());
+    }
+
+    #[test]
+    fn a_histogram_that_asks_for_gibibytes_and_one_that_inflates_to_them_are_damaged() {
+        let head = |length: u32| {
+            let words = [0x1c84_9313, length, 0, 3, 0, 1, 0, u32::MAX, 0x3ff0_0000, 0];
+            words.iter().flat_map(|word: &u32| word.to_be_bytes()).collect::<Vec<u8>>()
+        };
+        let read = |bytes: &[u8]| {
+            let text = base64::engine::general_purpose::STANDARD.encode(bytes);
+            from_interval_log(&format!("0.000,1.000,0.000,{text}\n")).map(|log| log.all.len())
+        };
+        assert_eq!(read(&head(0)), Ok(0));
+        assert_eq!(read(&head(u32::MAX)), Err(LogError::Damaged(0)));
+        let deflated = |plain: &[u8]| {
+            let mut zlib = ZlibEncoder::new(Vec::new(), Compression::fast());
+            zlib.write_all(plain).unwrap();
+            let zlib = zlib.finish().unwrap();
+            let length = u32::try_from(zlib.len()).unwrap().to_be_bytes();
+            [&COMPRESSED_COOKIE[..], &length, &zlib].concat()
+        };
+        let whole = deflated(&head(0));
+        assert_eq!(read(&whole), Ok(0));
+        assert_eq!(read(&whole[..whole.len() - 1]), Err(LogError::Damaged(0)));
+        let mut altered = whole.clone();
+        *altered.last_mut().unwrap() ^= 1;
+        assert_eq!(read(&altered), Err(LogError::Damaged(0)), "its checksum is looked at");
+        let mut zeros = head(1 << 26);
+        zeros.resize(40 + (1 << 26), 0);
+        assert_eq!(read(&deflated(&zeros)), Err(LogError::Damaged(0)));
     }
 
     #[test]

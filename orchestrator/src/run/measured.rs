@@ -12,9 +12,8 @@ use super::verdict;
 use crate::results::load::{LoadHistograms, LoadRecovery, Saturation};
 use crate::results::record::{Counts, Overhead};
 use crate::results::statistics::{Distribution, Quantile, as_float, merged, time_histogram};
-use agent::metrics::{SHARE_STEPS, class_floor_ns, share_part_name};
+use agent::metrics::{SHARE_STEPS, class_floor_ns, is_share_row, read_histogram, share_part_name};
 use hdrhistogram::Histogram;
-use hdrhistogram::serialization::Deserializer;
 use shared_types::ids::CraftId;
 use shared_types::limits::{APPLIED_SHARE_MIN, LAG_P99_NS_MAX, SETTLING_NS};
 use shared_types::wire::{
@@ -209,10 +208,6 @@ fn collected(open: &OpenSpec, reports: &[TrialReport]) -> Result<LoadHistograms,
     Ok(histograms)
 }
 
-fn read_histogram(bytes: &[u8]) -> Option<Histogram<u64>> {
-    Deserializer::new().deserialize(&mut &bytes[..]).ok()
-}
-
 /// Enters what was never known in the last slice; returns how much that is. Under `null` nothing is
 /// meant to be known.
 fn censor<'a>(
@@ -267,7 +262,8 @@ fn shares(
     for quantile in [Quantile::P50, Quantile::P99, Quantile::P999] {
         let Some(least_ns) = quantile.of(knowledge) else { continue };
         let mut parts: BTreeMap<u32, BTreeMap<u32, u64>> = BTreeMap::new();
-        for &[class, part, step, events] in opens(reports).flat_map(|open| &open.shares) {
+        let rows = opens(reports).flat_map(|open| &open.shares).copied();
+        for [class, part, step, events] in rows.filter(|&row| is_share_row(row)) {
             if class_floor_ns(class + 1) > least_ns {
                 *parts.entry(part).or_default().entry(step).or_default() += u64::from(events);
             }

@@ -30,7 +30,7 @@ mod play;
 mod probing;
 mod recovery;
 mod repaired;
-mod reports;
+pub(crate) mod reports;
 mod revival;
 pub mod silence;
 mod staleness;

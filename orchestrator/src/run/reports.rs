@@ -14,19 +14,19 @@ struct Slot {
 
 /// The reports of a fleet.
 #[derive(Debug)]
-pub(super) struct Reports {
+pub(crate) struct Reports {
     slots: Vec<Slot>,
     missing: usize,
 }
 
 impl Reports {
     /// Those of `processes` processes, none of which has come.
-    pub(super) fn of(processes: usize) -> Self {
+    pub(crate) fn of(processes: usize) -> Self {
         Self { slots: (0..processes).map(|_| Slot::default()).collect(), missing: processes }
     }
 
     /// Whether every report is there.
-    pub(super) const fn are_complete(&self) -> bool {
+    pub(crate) const fn are_complete(&self) -> bool {
         self.missing == 0
     }
 
@@ -34,7 +34,7 @@ impl Reports {
     ///
     /// # Errors
     /// Says from whom it is, if a part is missing or the archive is damaged.
-    pub(super) fn take(
+    pub(crate) fn take(
         &mut self,
         source: CraftId,
         header: &Header,
@@ -54,6 +54,7 @@ impl Reports {
         }
         let archive = std::mem::take(&mut slot.archive);
         let report = read(&archive)
+            .filter(|report| report.can_be_of(source))
             .ok_or_else(|| format!("process {source} sent a damaged trial report"))?;
         slot.report = Some(report);
         self.missing -= 1;
@@ -61,7 +62,7 @@ impl Reports {
     }
 
     /// Those that have come, by process.
-    pub(super) fn into_received(self) -> Vec<TrialReport> {
+    pub(crate) fn into_received(self) -> Vec<TrialReport> {
         self.slots.into_iter().filter_map(|slot| slot.report).collect()
     }
 }
@@ -76,7 +77,7 @@ fn read(archive: &[u8]) -> Option<TrialReport> {
 mod tests {
     use super::Reports;
     use shared_types::ids::CraftId;
-    use shared_types::wire::{Class, Header, Kind, TrialReport};
+    use shared_types::wire::{Class, Header, Kind, OpenReport, TrialReport};
 
     fn part(number: u32, count: u32) -> Header {
         let mut header = Header::new(Class::Telemetry, Kind::TrialReport);
@@ -104,6 +105,22 @@ mod tests {
         assert!(reports.are_complete());
         let crafts: Vec<u32> = reports.into_received().iter().map(|report| report.craft).collect();
         assert_eq!(crafts, [0, 1]);
+    }
+
+    #[test]
+    fn a_report_in_the_name_of_another_or_beyond_all_measure_is_damaged() {
+        let mut report = TrialReport { craft: 1, ..TrialReport::default() };
+        let take = |report: &TrialReport, source: u32| {
+            let archive = rkyv::to_bytes::<rkyv::rancor::Error>(report).unwrap();
+            Reports::of(2).take(CraftId(source), &part(0, 1), &archive)
+        };
+        assert_eq!(take(&report, 1), Ok(true));
+        assert!(take(&report, 0).unwrap_err().contains("process 0 sent a damaged"));
+        report.counters.losses.links.overtaken = u64::MAX;
+        assert!(take(&report, 1).is_err());
+        report.counters.losses.links.overtaken = 7;
+        report.open = Some(OpenReport { applied_from: vec![1 << 60], ..OpenReport::default() });
+        assert!(take(&report, 1).is_err());
     }
 
     #[test]

@@ -2,10 +2,11 @@
 
 use crate::ids::{CraftId, FactId};
 use crate::knowledge::{BoardNetwork, FleetNetwork, FleetView, Topology};
+use crate::limits::INBOX_PAYLOAD_BYTES;
 use crate::reasoning::Reasoning;
 use crate::trace::{TraceRecord, to_words};
 use crate::wire::{
-    CutOff, EpochSpec, HeldFact, LinkSpec, OpenReport, OpenSpec, OutageSpec, ReadSeen,
+    CutOff, DELTA_BYTES, EpochSpec, HeldFact, LinkSpec, OpenReport, OpenSpec, OutageSpec, ReadSeen,
     RecoverySpec, Stage, StrategyKind, TrialReport,
 };
 use rkyv::rancor::Error;
@@ -37,9 +38,19 @@ macro_rules! reread {
     }};
 }
 
-/// What begins an epoch.
+/// What begins an epoch. Whatever a craft accepts of it can be archived and is accepted again.
 pub(super) fn epochs(bytes: &[u8]) {
-    reread!(EpochSpec, bytes);
+    let any = reread!(EpochSpec, bytes);
+    if let Some(accepted) = EpochSpec::from_archive(bytes) {
+        assert_eq!(any.as_ref(), Some(&accepted));
+        assert!(accepted.record_bytes as usize >= DELTA_BYTES, "records must hold a change");
+        assert!(
+            (accepted.record_bytes as usize) < INBOX_PAYLOAD_BYTES,
+            "samples must hold a record"
+        );
+        let again = rkyv::to_bytes::<Error>(&accepted).expect("memory takes every archive");
+        assert_eq!(EpochSpec::from_archive(&again).as_ref(), Some(&accepted));
+    }
 }
 
 /// What a process measured.
@@ -48,6 +59,8 @@ pub(super) fn reports(bytes: &[u8]) {
     let _is_partial = report.counters.losses.is_partial();
     let mut twice = report.counters.losses;
     twice += report.counters.losses;
+    let mut recovered = report.counters.recovered;
+    recovered += report.counters.recovered;
     for mut traffic in report.counters.traffic {
         traffic += traffic;
     }
@@ -111,6 +124,26 @@ fn walk_ways(fleet: &FleetView<'_>, from: CraftId, to: CraftId) {
     }
 }
 
+/// An epoch of lockstep.
+pub(super) fn spec() -> EpochSpec {
+    EpochSpec {
+        epoch: 3,
+        network: 2,
+        seed: 7,
+        trial: 1,
+        strategy: StrategyKind::Boundary,
+        own_firing_only: true,
+        ignores_finals: false,
+        sends_altered_only: false,
+        record_bytes: 16,
+        turns_max: 200,
+        reasoning: Reasoning::default(),
+        open: None,
+        recovery: None,
+        link: None,
+    }
+}
+
 /// Of lockstep and of open mode.
 pub(super) fn epochs_seeds() -> Vec<Vec<u8>> {
     let open = OpenSpec {
@@ -119,27 +152,15 @@ pub(super) fn epochs_seeds() -> Vec<Vec<u8>> {
         asks_every_ns: 3_000_000,
         stamps_stages: true,
     };
-    let spec = |strategy, open| EpochSpec {
-        epoch: 3,
-        network: 2,
-        seed: 7,
-        trial: 1,
-        strategy,
-        own_firing_only: true,
-        ignores_finals: false,
-        sends_altered_only: false,
-        record_bytes: 16,
-        turns_max: 200,
-        reasoning: Reasoning::default(),
-        open,
-        recovery: open.map(|_| RecoverySpec::patient(1_000_000)),
-        link: open.map(|_| LinkSpec {
-            loss_per_billion: 250_000_000,
-            outages: vec![OutageSpec { from_ns: 1, until_ns: 2, whom: CutOff::Group(vec![0, 2]) }],
-            ..LinkSpec::default()
-        }),
+    let link = LinkSpec {
+        loss_per_billion: 250_000_000,
+        outages: vec![OutageSpec { from_ns: 1, until_ns: 2, whom: CutOff::Group(vec![0, 2]) }],
+        ..LinkSpec::default()
     };
-    let specs = [spec(StrategyKind::Boundary, None), spec(StrategyKind::Pipelined, Some(open))];
+    let recovery = Some(RecoverySpec::patient(1_000_000));
+    let open = EpochSpec { open: Some(open), recovery, link: Some(link), ..spec() };
+    let central = EpochSpec { strategy: StrategyKind::Central, ..open.clone() };
+    let specs = [spec(), open, central];
     specs.iter().map(|spec| rkyv::to_bytes::<Error>(spec).expect("memory").to_vec()).collect()
 }
 

@@ -8,13 +8,14 @@
 mod archives;
 mod body;
 mod headers;
+mod links;
 mod records;
 mod sequences;
 
 pub use body::Body;
 
 /// All bodies of this crate.
-pub const BODIES: [Body; 8] = [
+pub const BODIES: [Body; 9] = [
     Body { name: "headers", run: headers::read, seeds: headers::seeds },
     Body { name: "deltas", run: records::deltas, seeds: records::deltas_seeds },
     Body { name: "commands", run: records::commands, seeds: records::commands_seeds },
@@ -22,6 +23,7 @@ pub const BODIES: [Body; 8] = [
     Body { name: "epochs", run: archives::epochs, seeds: archives::epochs_seeds },
     Body { name: "networks", run: archives::networks, seeds: archives::networks_seeds },
     Body { name: "reports", run: archives::reports, seeds: archives::reports_seeds },
+    Body { name: "links", run: links::judge, seeds: links::seeds },
     Body { name: "sequences", run: sequences::arrive, seeds: sequences::seeds },
 ];
 

@@ -1,6 +1,7 @@
 //! What a craft must know of an epoch besides the networks.
 
-use super::{LinkSpec, OpenSpec, RecoverySpec};
+use super::{DELTA_BYTES, LinkSpec, OpenSpec, RecoverySpec};
+use crate::limits::{OUTAGES_MAX, RECORD_PADDING_BYTES_MAX};
 use crate::reasoning::Reasoning;
 use rkyv::{Archive, Deserialize, Serialize};
 use schemars::JsonSchema;
@@ -152,4 +153,77 @@ pub struct EpochSpec {
     /// What links do in an interval of real processes; `None` if nothing happens on them. Simulated
     /// networks are told of theirs beforehand.
     pub link: Option<LinkSpec>,
+}
+
+/// Shortest and longest record, bytes.
+const RECORD_BYTES: std::ops::RangeInclusive<usize> =
+    DELTA_BYTES..=DELTA_BYTES + RECORD_PADDING_BYTES_MAX as usize;
+
+impl EpochSpec {
+    /// Reads an archive that may lie at any alignment, as inside a sample; `None` if it is damaged, or is of
+    /// an epoch that no craft can play.
+    #[must_use]
+    pub fn from_archive(bytes: &[u8]) -> Option<Self> {
+        // One copy an epoch.
+        let mut aligned = rkyv::util::AlignedVec::<16>::with_capacity(bytes.len());
+        aligned.extend_from_slice(bytes);
+        let archived = rkyv::access::<ArchivedEpochSpec, rkyv::rancor::Error>(&aligned).ok()?;
+        let spec = rkyv::deserialize::<Self, rkyv::rancor::Error>(archived).ok()?;
+        spec.can_be_played().then_some(spec)
+    }
+
+    /// Whether records fit samples, the strategy plays what is asked of it, and nothing is beyond its limit.
+    fn can_be_played(&self) -> bool {
+        RECORD_BYTES.contains(&(self.record_bytes as usize))
+            && (self.open.is_none() || self.strategy.plays_traces())
+            && self.link.as_ref().is_none_or(|link| link.outages.len() <= OUTAGES_MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EpochSpec, RECORD_BYTES, StrategyKind};
+    use crate::reasoning::Reasoning;
+    use crate::wire::{LinkSpec, OpenSpec, OutageSpec};
+
+    #[test]
+    fn an_epoch_that_no_craft_can_play_is_refused() {
+        let open = OpenSpec { duration_ns: 9, slice_ns: 9, asks_every_ns: 9, stamps_stages: true };
+        let spec = |record_bytes: usize, strategy, outages| EpochSpec {
+            epoch: 3,
+            network: 3,
+            seed: 7,
+            trial: 0,
+            strategy,
+            own_firing_only: true,
+            ignores_finals: false,
+            sends_altered_only: false,
+            record_bytes: u32::try_from(record_bytes).unwrap(),
+            turns_max: 200,
+            reasoning: Reasoning::default(),
+            open: Some(open),
+            recovery: None,
+            link: Some(LinkSpec { outages, ..LinkSpec::default() }),
+        };
+        let read = |spec: &EpochSpec| {
+            let archive = rkyv::to_bytes::<rkyv::rancor::Error>(spec).unwrap();
+            // One byte off, as inside a sample.
+            EpochSpec::from_archive(&[&[0], &archive[..]].concat()[1..])
+        };
+        let (least, most) = RECORD_BYTES.into_inner();
+        for record_bytes in [least, most] {
+            let spec = spec(record_bytes, StrategyKind::Boundary, Vec::new());
+            assert_eq!(read(&spec).as_ref(), Some(&spec));
+        }
+        // No record fits a sample, or no change a record.
+        for record_bytes in [0, least - 1, most + 1, u32::MAX as usize] {
+            assert_eq!(read(&spec(record_bytes, StrategyKind::Boundary, Vec::new())), None);
+        }
+        assert_eq!(read(&spec(least, StrategyKind::Pipelined, Vec::new())), None);
+        let whom = crate::wire::CutOff::Pair(0, 1);
+        let outage = OutageSpec { from_ns: 0, until_ns: 1, whom };
+        let many = vec![outage; crate::limits::OUTAGES_MAX + 1];
+        assert_eq!(read(&spec(least, StrategyKind::Boundary, many)), None);
+        assert_eq!(EpochSpec::from_archive(&[1; 40]), None);
+    }
 }

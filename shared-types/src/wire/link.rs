@@ -6,6 +6,7 @@
 
 use crate::ids::CraftId;
 use rkyv::{Archive, Deserialize, Serialize};
+use zerocopy::{Immutable, IntoBytes};
 
 /// What samples between two crafts suffer, in whole numbers. Part of an [`super::EpochSpec`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Archive, Serialize, Deserialize)]
@@ -115,7 +116,10 @@ impl LinkSpec {
     Deserialize,
     serde::Serialize,
     serde::Deserialize,
+    IntoBytes,
+    Immutable,
 )]
+#[repr(C)]
 pub struct LinkCounts {
     /// Samples that were lost, those that were cut off apart.
     pub lost: u64,

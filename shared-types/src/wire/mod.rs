@@ -19,7 +19,7 @@ pub use control::{TallyReport, TurnCommand, TurnPhase, TurnReport};
 pub use delta::{
     DELTA_BYTES, DeltaReader, DeltaRecord, INTENDED_BYTES, write_deltas, write_intended,
 };
-pub use epoch::{ArchivedEpochSpec, EpochSpec, StrategyKind};
+pub use epoch::{EpochSpec, StrategyKind};
 pub use header::{Class, FORMAT_VERSION, HEADER_BYTES, Header, Kind, Refusal};
 pub use link::{CutOff, LinkCounts, LinkSpec, OutageSpec};
 pub use open::{EndHeard, GO_JOINING, HeldFact, OpenReport, OpenSpec, ReadSeen, Stage};

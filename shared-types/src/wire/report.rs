@@ -1,11 +1,16 @@
 //! What a craft counted in one trial.
 
 use super::{LinkCounts, OpenReport};
+use crate::ids::CraftId;
 use crate::reasoning::ReasoningReport;
 use rkyv::{Archive, Deserialize, Serialize};
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// How many classes of traffic there are.
 pub const CLASS_COUNT: usize = 7;
+
+/// More of anything no process counts in a trial, nor nanoseconds; sums over fleets stay far below 2^64.
+const COUNT_MAX: u64 = 1 << 56;
 
 /// Traffic of one class, counted where it happens.
 #[derive(
@@ -20,7 +25,10 @@ pub const CLASS_COUNT: usize = 7;
     Deserialize,
     serde::Serialize,
     serde::Deserialize,
+    IntoBytes,
+    Immutable,
 )]
+#[repr(C)]
 pub struct Traffic {
     /// All changes of one firing over one hop (a multicast is one).
     pub requests: u64,
@@ -57,7 +65,10 @@ impl std::ops::AddAssign for Traffic {
     Deserialize,
     serde::Serialize,
     serde::Deserialize,
+    IntoBytes,
+    Immutable,
 )]
+#[repr(C)]
 pub struct Losses {
     /// Samples of another epoch.
     pub late: u64,
@@ -128,7 +139,20 @@ pub struct Counters {
 
 /// What recovery did in one process; all zero where nothing was lost and nobody died, except
 /// `receipts`, `digests` and `states`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Archive, Serialize, Deserialize)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    Archive,
+    Serialize,
+    Deserialize,
+    IntoBytes,
+    Immutable,
+)]
+#[repr(C)]
 pub struct Recovered {
     /// Receipts sent, whatever they say.
     pub receipts: u64,
@@ -158,17 +182,17 @@ pub struct Recovered {
 
 impl std::ops::AddAssign for Recovered {
     fn add_assign(&mut self, other: Self) {
-        self.receipts += other.receipts;
-        self.asked_again += other.asked_again;
-        self.repeats += other.repeats;
-        self.given_up += other.given_up;
-        self.unconfirmed += other.unconfirmed;
-        self.discarded += other.discarded;
-        self.digests += other.digests;
-        self.states += other.states;
-        self.learnt += other.learnt;
-        self.states_missed += other.states_missed;
-        self.stale += other.stale;
+        self.receipts = self.receipts.saturating_add(other.receipts);
+        self.asked_again = self.asked_again.saturating_add(other.asked_again);
+        self.repeats = self.repeats.saturating_add(other.repeats);
+        self.given_up = self.given_up.saturating_add(other.given_up);
+        self.unconfirmed = self.unconfirmed.saturating_add(other.unconfirmed);
+        self.discarded = self.discarded.saturating_add(other.discarded);
+        self.digests = self.digests.saturating_add(other.digests);
+        self.states = self.states.saturating_add(other.states);
+        self.learnt = self.learnt.saturating_add(other.learnt);
+        self.states_missed = self.states_missed.saturating_add(other.states_missed);
+        self.stale = self.stale.saturating_add(other.stale);
     }
 }
 
@@ -192,4 +216,41 @@ pub struct TrialReport {
     pub reasoning: Option<ReasoningReport>,
     /// What it measured in open mode; `None` in lockstep.
     pub open: Option<OpenReport>,
+}
+
+impl TrialReport {
+    /// Whether `own` can have sent it: it is about that process, and counts nothing beyond all measure.
+    #[must_use]
+    pub fn can_be_of(&self, own: CraftId) -> bool {
+        let Counters { traffic, deliveries_from, losses, recovered, .. } = &self.counters;
+        let Counters { hops, firings, boundary_firings, idle_turns, conflicts, .. } = self.counters;
+        let open = self.open.iter();
+        let of_open = open.flat_map(|open| {
+            let own = [
+                open.records_played,
+                open.records_missed,
+                open.applied_by_end,
+                open.applied_after_end,
+                open.run_delay_ns,
+                open.sleeps,
+                open.proportional_bytes,
+            ];
+            own.into_iter().chain(open.applied_from.iter().copied())
+        });
+        let lists = [traffic.as_bytes(), losses.as_bytes(), recovered.as_bytes()];
+        let mut counts = [hops, firings, boundary_firings, idle_turns, conflicts]
+            .into_iter()
+            .chain([self.cpu_ns, self.resident_bytes])
+            .chain(deliveries_from.iter().copied())
+            .chain(lists.into_iter().flat_map(counts_in))
+            .chain(of_open);
+        self.craft == own.0 && counts.all(|count| count <= COUNT_MAX)
+    }
+}
+
+/// The counts in `bytes`, which are nothing else.
+fn counts_in(bytes: &[u8]) -> impl Iterator<Item = u64> {
+    let counts =
+        <[u64]>::ref_from_bytes(bytes).expect("invariant: structures of counts are aligned");
+    counts.iter().copied()
 }

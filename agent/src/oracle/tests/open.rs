@@ -93,6 +93,14 @@ fn a_lost_delivery_is_named_by_its_pair_once_the_fleet_is_quiet() {
 }
 
 #[test]
+fn a_centre_that_counts_nobody_is_named_by_every_client() {
+    let forget = |reports: &mut Vec<TrialReport>| reports[3].counters.deliveries_from.clear();
+    let found = verdict(StrategyKind::Central, true, forget);
+    let wanted = [0, 1, 2].map(|craft| (Some(craft), Some(3), Metric::DeliveriesFromSender));
+    assert_eq!(found, wanted);
+}
+
+#[test]
 fn one_request_too_many_is_named_with_its_craft() {
     let tamper = |reports: &mut Vec<TrialReport>| {
         reports[1].counters.traffic[Class::Replication as usize].requests += 1;

@@ -40,16 +40,21 @@ pub struct AgentArguments {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ArgumentError {
     /// An option that does not exist.
-    #[error("`agent` does not know the option {0:?}")]
+    #[error(
+        "`agent` does not know the option {0:?}: it is started by the orchestrator, never by hand"
+    )]
     Unknown(OsString),
     /// An option that was given twice.
-    #[error("`agent` was given {0} twice")]
+    #[error("`agent` was given {0} twice: it is started by the orchestrator, never by hand")]
     Twice(&'static str),
     /// An option that was not given, or without its value.
     #[error("`agent` needs {0}: it is started by the orchestrator, never by hand")]
     Missing(&'static str),
     /// A value that cannot be read.
-    #[error("{value:?} is no value for {option}")]
+    #[error(
+        "`agent` was given {value:?}, which is no value for {option}: it is started by the orchestrator, \
+         never by hand"
+    )]
     Value {
         /// The option.
         option: &'static str,

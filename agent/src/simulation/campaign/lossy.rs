@@ -5,7 +5,7 @@
 //! every change has reached every board that shares its fact.
 
 use super::{Case, Fault, Played, Stage, Violation, What};
-use crate::metrics::histogram_of;
+use crate::metrics::read_histogram;
 use hdrhistogram::Histogram;
 use shared_types::wire::StrategyKind;
 
@@ -54,7 +54,8 @@ pub fn lossy(
         for craft in stage.crafts.iter().take(boards.len()) {
             let Some(open) = craft.report().open else { continue };
             sum.applied += open.applied_from.iter().sum::<u64>();
-            for slice in open.knowledge_slices.iter().filter_map(|slice| histogram_of(slice)) {
+            let slices = open.knowledge_slices.iter();
+            for slice in slices.filter_map(|slice| read_histogram::<u32>(slice)) {
                 sum.knowledge_ns += slice;
             }
         }

@@ -184,6 +184,8 @@ fn halves_and_shares_are_of_all_crafts_together() {
         |ns| (0_u32..).take_while(|&class| agent::metrics::class_floor_ns(class) <= ns).last();
     let (long, short) = (class_of(30_000).unwrap(), class_of(20_000).unwrap());
     open.shares = vec![[short, 1, 2, 400], [long, 1, 15, 300], [long, 1, 5, 200]];
+    // There is no such class, no such part and no such share.
+    open.shares.extend([[u32::MAX, 1, 2, 900], [long, 9, 2, 900], [long, 1, 40, 900]]);
     let measured = measured(StrategyKind::Boundary, &offer, reports);
     let ratio = measured.second_half_ratio.unwrap();
     assert!((ratio - 1.5).abs() < 0.01, "{ratio}");

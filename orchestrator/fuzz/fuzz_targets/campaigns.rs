@@ -1,0 +1,5 @@
+//! Directories of campaigns.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| orchestrator::fuzzing::run("campaigns", bytes));

@@ -1,0 +1,5 @@
+//! Histograms inside interval logs.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| orchestrator::fuzzing::run("histograms", bytes));
