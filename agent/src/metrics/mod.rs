@@ -24,6 +24,9 @@ use shared_types::wire::{OpenReport, OpenSpec, ReadSeen, Stage};
 /// How a histogram in the V2 format begins that is not compressed.
 const HISTOGRAM_COOKIE: [u8; 4] = 0x1c84_9313_u32.to_be_bytes();
 
+/// The least number as a count: -2^63, 2^63 classes without events.
+const LEAST_COUNT: [u8; 9] = [0xff; 9];
+
 /// Bytes before its counts.
 const HISTOGRAM_HEAD_BYTES: usize = 40;
 
@@ -247,7 +250,9 @@ pub fn read_histogram<T: Counter>(bytes: &[u8]) -> Option<Histogram<T>> {
     let counts = bytes.get(HISTOGRAM_HEAD_BYTES..)?;
     let word = |at: usize| Some(u32::from_be_bytes(*bytes.get(at..)?.first_chunk()?));
     let is_whole = word(4)? as usize == counts.len() && word(12)? <= u32::from(DIGITS);
-    if !bytes.starts_with(&HISTOGRAM_COOKIE) || !is_whole {
+    // The library negates this number, which cannot be; no other count or two of ours have it within.
+    let has_least = counts.windows(LEAST_COUNT.len()).any(|bytes| bytes == LEAST_COUNT);
+    if !bytes.starts_with(&HISTOGRAM_COOKIE) || !is_whole || has_least {
         return None;
     }
     let read = Deserializer::new().deserialize(&mut &bytes[..]).ok();
@@ -264,7 +269,10 @@ fn serialized<T: Counter>(histogram: &Histogram<T>) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::{DIGITS, EVENTS_MAX, Histogram, read_histogram, serialized, times};
+    use super::{
+        DIGITS, EVENTS_MAX, HISTOGRAM_HEAD_BYTES, Histogram, LEAST_COUNT, read_histogram,
+        serialized, times,
+    };
 
     #[test]
     fn a_histogram_is_read_back_and_one_that_asks_for_more_memory_than_it_has_is_refused() {
@@ -281,6 +289,8 @@ mod tests {
         assert_eq!(with(4, u32::MAX), None, "length of the counts");
         assert_eq!(with(12, 5), None, "digits");
         assert_eq!(with(0, 0x1c84_9314), None, "compressed");
+        let head = [&bytes[..4], &9_u32.to_be_bytes(), &bytes[8..HISTOGRAM_HEAD_BYTES]].concat();
+        assert_eq!(read_histogram::<u32>(&[&head[..], &LEAST_COUNT].concat()), None);
     }
 
     #[test]

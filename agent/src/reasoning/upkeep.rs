@@ -46,7 +46,8 @@ impl Upkeep {
         }
         let known = board.initial.iter().map(|&fact| Literal::holds(FactId(fact)));
         let goals = board.finals.iter().map(|&fact| Literal::holds(FactId(fact)));
-        let period = u64::from(SLICES_PER_PERIOD * reasoning.maintain_every_turns.max(1));
+        let turns = reasoning.maintain_every_turns.max(1);
+        let period = u64::from(SLICES_PER_PERIOD) * u64::from(turns);
         let settings = Settings {
             period_ns: period,
             cycles_per_period: SLICES_PER_PERIOD,
@@ -177,4 +178,22 @@ fn items_of(craft: CraftId, board: &BoardView<'_>, planner: &Planner) -> Vec<Ite
         }
     }
     items
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Reasoning, Upkeep};
+    use crate::reasoning::sample::{Shape, board};
+    use shared_types::rng::{Purpose, Stream};
+
+    #[test]
+    fn maintenance_may_be_as_rare_as_a_scenario_can_say() {
+        let shape = Shape { facts: 4, rules: 2, actions: 1, associations: 3, is_negating: false };
+        let network = board(shape, &mut Stream::new(1, 0, Purpose::Test, 0));
+        let reasoning = Reasoning { maintain_every_turns: u32::MAX, ..Reasoning::default() };
+        let mut upkeep = Upkeep::default();
+        upkeep.reset(reasoning, &network.view());
+        assert_eq!(upkeep.report.items[0], 4);
+        assert!(!upkeep.is_due());
+    }
 }
