@@ -213,8 +213,11 @@ impl<E: Endpoint, S: Surroundings<E>> Session<E, S> {
             let mut orders = std::mem::take(&mut self.orders);
             for order in orders.drain(..) {
                 match order {
-                    // Meant for a successor: the epoch is under way here.
-                    Order::Begin(spec) if spec.epoch == self.epoch && !self.has_reported => {}
+                    // Meant for a successor, which this process may be: it is in the epoch already, and
+                    // whoever was to come in with it died.
+                    Order::Begin(spec) if spec.epoch == self.epoch && !self.has_reported => {
+                        self.tell(Kind::EpochReady, &[])?;
+                    }
                     Order::Begin(spec) if spec.network == network => self.begin(fleet, &spec)?,
                     Order::Begin(spec) => return Ok(Served::Next(spec)),
                     Order::Connect => {

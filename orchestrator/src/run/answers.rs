@@ -78,7 +78,9 @@ impl RealFleet<'_> {
                     missing.remove(&source);
                 }
             })?;
-            self.give_up_if_overdue(kind, &missing, began)?;
+            if !missing.is_empty() && self.is_overdue() {
+                self.give_up_on(&missing, kind, began)?;
+            }
         }
         Ok(())
     }
@@ -87,16 +89,15 @@ impl RealFleet<'_> {
     pub(super) fn await_up(&mut self) -> Result<(), PlayError> {
         let began = clock::now();
         self.be_patient(self.options.answer_limit_ns, began);
-        loop {
-            let lives = (0..).map(CraftId).zip(&self.lives);
-            let missing: BTreeSet<CraftId> =
-                lives.filter(|(_, life)| !life.is_ready).map(|(craft, _)| craft).collect();
-            if missing.is_empty() {
-                return Ok(());
-            }
+        while self.lives.iter().any(|life| !life.is_ready) {
             self.pump(&mut |_, _, _, _| {})?;
-            self.give_up_if_overdue(Kind::Ready, &missing, began)?;
+            if self.is_overdue() {
+                let lives = (0..).map(CraftId).zip(&self.lives).filter(|(_, life)| !life.is_ready);
+                let missing = lives.map(|(craft, _)| craft).collect();
+                self.give_up_on(&missing, Kind::Ready, began)?;
+            }
         }
+        Ok(())
     }
 
     /// From `now` on an answer may take `limit_ns`.
@@ -123,17 +124,13 @@ impl RealFleet<'_> {
         })
     }
 
-    /// Kills those in `missing` if no answer has come since `began` and their time is up; that they ended is
-    /// then told by the watch.
-    fn give_up_if_overdue(
+    /// Kills those in `missing`, who owe `answer` since `began`; that they ended is then told by the watch.
+    fn give_up_on(
         &mut self,
-        answer: Kind,
         missing: &BTreeSet<CraftId>,
+        answer: Kind,
         began: Nanos,
     ) -> Result<(), PlayError> {
-        if missing.is_empty() || !self.is_overdue() {
-            return Ok(());
-        }
         let now = clock::now();
         let mut is_anybody_killed = false;
         for &craft in missing {

@@ -49,6 +49,7 @@ const TESTS: &[Test] = tests![
     opens::what_a_saturated_interval_left_undone_reaches_no_other,
     opens::killed_craft_ends_an_interval_and_nothing_is_left,
     opens::killed_crafts_are_followed_while_the_interval_goes_on,
+    opens::successor_that_is_in_is_not_kept_waiting_by_one_that_dies_at_the_door,
     opens::stopped_crafts_are_paused_and_catch_up,
     opens::every_fact_reaches_its_peers_over_links_that_lose_a_quarter_and_a_half,
     silent::craft_that_loops_is_followed_while_the_interval_goes_on,

@@ -3,7 +3,7 @@
 
 use crate::shared::{is_gone, until};
 use agent::oracle::{ObservedOpen, compare_open, compare_recovered};
-use agent::process::doom::Doom;
+use agent::process::doom::{Doom, Point};
 use agent::simulation::Simulation;
 use orchestrator::launch::os_process::{CraftErrors, Launcher};
 use orchestrator::launch::placement::{Placement, Processors};
@@ -357,6 +357,20 @@ pub(crate) fn killed_crafts_are_followed_while_the_interval_goes_on() {
                 assert_eq!(open.records_missed > 0, misses, "{strategy}, {}", report.craft);
             }
         }
+    });
+}
+
+pub(crate) fn successor_that_is_in_is_not_kept_waiting_by_one_that_dies_at_the_door() {
+    const LIMIT_NS: u64 = 3_000_000_000;
+    let network = network(1_200);
+    with_limit(false, None, Some(AT_ONCE), BTreeMap::new(), LIMIT_NS, |fleet| {
+        // Both are told to begin before the second dies as it is told to connect.
+        fleet.doom(CraftId(4), Doom { point: Point::Handshake, after: 0 });
+        let kills = [(400, 1, Blow::Kill), (400, 4, Blow::Kill)];
+        let played = struck(fleet, &recovering(0, StrategyKind::Boundary), &network, &kills);
+        let mut died: Vec<u32> = played.dead.iter().map(|ended| ended.craft.0).collect();
+        died.sort_unstable();
+        assert_eq!((died, fleet.take_mute()), (vec![1, 4, 4], Vec::new()));
     });
 }
 
