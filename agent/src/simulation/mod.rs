@@ -10,7 +10,7 @@ mod open;
 #[cfg(test)]
 mod tests;
 
-pub use open::SimulatedOpen;
+pub use open::{Befalls, Conditions, ProcessFault, SimulatedOpen};
 
 use crate::craft::dispatch::dispatch;
 use crate::craft::{Craft, Outbox};
@@ -78,6 +78,8 @@ pub struct Simulation {
     network: MemoryNetwork,
     endpoints: Vec<MemoryEndpoint>,
     crafts: Vec<Craft>,
+    /// Which life each process is in.
+    lives: Vec<u32>,
     out: Outbox,
     order: Vec<usize>,
 }
@@ -91,6 +93,7 @@ impl Simulation {
         Self {
             endpoints: ids().map(|craft| network.endpoint(craft, 0)).collect(),
             crafts: ids().map(Craft::new).collect(),
+            lives: ids().map(|_| 0).collect(),
             network,
             out: Outbox::default(),
             order: Vec::new(),

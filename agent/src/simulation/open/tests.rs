@@ -1,6 +1,6 @@
 //! What was played against what the trace alone demands.
 
-use super::SimulatedOpen;
+use super::{Befalls, Conditions, ProcessFault, SimulatedOpen};
 use crate::oracle::{ExpectedOpen, ObservedOpen, compare_open, compare_recovered, disagreements};
 use crate::simulation::Simulation;
 use hdrhistogram::Histogram;
@@ -13,8 +13,8 @@ use shared_types::trace::{TraceRecord, to_words};
 use shared_types::transport::link::{LinkCounts, StatedLink};
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::wire::{
-    Class, CutOff, EpochSpec, LinkSpec, OpenReport, OpenSpec, OutageSpec, ReadSeen, RecoverySpec,
-    Stage, StrategyKind, TrialReport,
+    Class, Counters, CutOff, EpochSpec, LinkSpec, OpenReport, OpenSpec, OutageSpec, ReadSeen,
+    RecoverySpec, Stage, StrategyKind, TrialReport,
 };
 
 const STRATEGIES: [StrategyKind; 8] = [
@@ -286,6 +286,96 @@ fn links_act_in_a_simulated_interval_and_every_board_holds_what_is_promised() {
     for count in [lost, cut_off, doubled, delayed, overtaken] {
         assert!(count > 20, "{all:?}");
     }
+}
+
+/// A fleet of five over links that do everything at once, under `conditions`.
+fn play_over_links(strategy: StrategyKind, conditions: &Conditions) -> (EpochSpec, SimulatedOpen) {
+    let (mut network, trace) = (network(5, 3), trace(5, 3, 400_000));
+    network.trace = trace.iter().map(|part| to_words(part)).collect();
+    let link = LinkSpec {
+        loss_per_billion: 250_000_000,
+        duplication_per_billion: 100_000_000,
+        delay_ns: 100_000,
+        jitter_ns: 0,
+        bandwidth_bits_per_s: None,
+        outages: Vec::new(),
+        positions_ns: Vec::new(),
+    };
+    let recovery = Some(RecoverySpec::patient(1_000_000));
+    let spec = EpochSpec { recovery, ..spec(strategy, 16) };
+    let mut simulation = Simulation::new(5, MemoryOptions::default());
+    simulation.network().set_link(StatedLink::new(link, 7));
+    let view = network.view();
+    let played =
+        simulation.play_open_under(&spec, &view, &trace, conditions).expect("it is played");
+    if played.is_quiet {
+        let died: Vec<CraftId> = played.dead.iter().map(|&(craft, _)| craft).collect();
+        let observed = ObservedOpen { reports: &played.reports, is_quiet: true };
+        assert_eq!(compare_recovered(&spec, &view, &observed, &died), [], "{strategy}");
+    }
+    (spec, played)
+}
+
+#[test]
+fn what_is_sent_is_received_or_was_lost_on_a_link() {
+    for strategy in STRATEGIES {
+        let (_, played) = play_over_links(strategy, &Conditions::default());
+        let sum = |of: fn(&Counters) -> u64| {
+            played.reports.iter().map(|report| of(&report.counters)).sum::<u64>()
+        };
+        let sent = sum(|counters| counters.traffic.iter().map(|class| class.transmissions).sum());
+        let received = sum(|counters| counters.traffic.iter().map(|class| class.deliveries).sum());
+        let twice = sum(|counters| counters.losses.repeats);
+        // A multicast goes to all four others, a sample sent again to one.
+        let multicasts = match strategy {
+            StrategyKind::Full => {
+                sum(|counters| counters.traffic[Class::Replication as usize].transmissions)
+            }
+            _ => 0,
+        };
+        let departed = sent + 3 * multicasts;
+        let LinkCounts { lost, cut_off, doubled, .. } = played.links;
+        assert_eq!(departed + doubled, received + twice + lost + cut_off, "{strategy}");
+        assert!(strategy == StrategyKind::Null || lost > sent / 10, "{strategy}: {lost} of {sent}");
+    }
+}
+
+#[test]
+fn processes_end_stop_and_come_back_while_the_others_play_on() {
+    let fault = |craft, at_ns, what| ProcessFault { craft: CraftId(craft), at_ns, what };
+    let faults = vec![
+        fault(1, 3_000_000, Befalls::Kill { pause_ns: 2_000_000 }),
+        fault(3, 4_000_000, Befalls::Stop { for_ns: 5_000_000 }),
+        fault(1, 9_000_000, Befalls::Kill { pause_ns: 0 }),
+        // A process that is gone cannot end, and one that ends while it is stopped does not go on.
+        fault(1, 9_100_000, Befalls::Kill { pause_ns: 0 }),
+        fault(4, 5_000_000, Befalls::Stop { for_ns: 90_000_000 }),
+        fault(4, 6_000_000, Befalls::Kill { pause_ns: 0 }),
+    ];
+    let conditions = Conditions { faults, rest_ns: Some(10_000_000_000) };
+    for strategy in STRATEGIES {
+        let (_, played) = play_over_links(strategy, &conditions);
+        assert!(played.is_quiet, "{strategy}");
+        let dead: Vec<(u32, u32)> =
+            played.dead.iter().map(|(craft, life)| (craft.0, life.0)).collect();
+        assert_eq!(dead, [(1, 0), (4, 0), (1, 1)], "{strategy}");
+        let missed: Vec<u64> =
+            played.reports.iter().take(5).map(|report| open(report).records_missed).collect();
+        assert!(missed[1] > 0 && missed[4] > 0, "{strategy}: {missed:?}");
+        assert_eq!([missed[0], missed[2], missed[3]], [0; 3], "{strategy}");
+        let (_, again) = play_over_links(strategy, &conditions);
+        assert_eq!((played.reports, played.links), (again.reports, again.links), "{strategy}");
+    }
+}
+
+#[test]
+fn a_fleet_that_finds_no_rest_is_given_up() {
+    let stop = Befalls::Stop { for_ns: 60_000_000_000 };
+    let fault = ProcessFault { craft: CraftId(1), at_ns: 1_000_000, what: stop };
+    let conditions = Conditions { faults: vec![fault], rest_ns: Some(100_000_000) };
+    let (spec, played) = play_over_links(StrategyKind::Boundary, &conditions);
+    let duration_ns = spec.open.expect("open mode").duration_ns;
+    assert!(!played.is_quiet && played.duration_ns <= duration_ns + 100_000_000);
 }
 
 #[test]
