@@ -27,7 +27,7 @@ use shared_types::knowledge::Change;
 use shared_types::limits::{RECEIPT_SAMPLES, REPEATS_MAX, REPEATS_PER_RECEIPT};
 use shared_types::time::Nanos;
 use shared_types::transport::{Destination, Numbered};
-use shared_types::wire::{EpochSpec, Header, Recovered, Refusal, read_receipt};
+use shared_types::wire::{EpochSpec, Header, Recovered, Refusal, StrategyKind, read_receipt};
 use std::collections::BTreeMap;
 
 /// How long a process must be idle before it asks once for everybody's state, in patiences.
@@ -132,6 +132,8 @@ impl Recovery {
         self.peers.iter_mut().for_each(|peer| *peer = lives(*peer));
         self.peers.resize_with(crafts as usize + 1, Peer::default);
         self.others = match (spec.strategy.has_centre(), self.own.0 == crafts) {
+            // Who tells nobody anything has no state to tell either.
+            _ if spec.strategy == StrategyKind::Null => 0..0,
             (true, false) => crafts..crafts + 1,
             (true, true) | (false, _) => 0..crafts,
         };
