@@ -195,7 +195,7 @@ pub struct SweepArguments {
     #[arg(required_unless_present = "resume")]
     pub scenario: Option<String>,
     /// Varies any key of the scenario; several keys make a grid: `--vary network.links=100,300`. The
-    /// presets `map` and `map-small` have axes of their own.
+    /// presets `map`, `map-small` and `lossy-links` have axes of their own.
     #[arg(long, value_name = "KEY=VALUES")]
     pub vary: Vec<String>,
     /// Goes on with a sweep that was cut off: cells that are done are kept.

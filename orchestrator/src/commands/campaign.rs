@@ -33,7 +33,7 @@ pub fn campaign(arguments: &CampaignArguments, setting: Setting) -> Result<Outco
         seed: Some(arguments.seed),
         ..CommonArguments::default()
     };
-    let base = load_scenario(PRESET, &common, None)?;
+    let base = load_scenario(PRESET, &common, false)?;
     refuse_what_campaigns_decide(base.scenario())?;
     let plan = CampaignPlan {
         scenarios: super::compare::sized(&base, &arguments.sizes)?,

@@ -30,9 +30,8 @@ fn usual_sizes(preset: &str) -> (&'static [u32], &'static [u32]) {
 /// If something asked for is wrong; nothing was started then.
 pub fn compare(arguments: &CompareArguments, setting: Setting) -> Result<Outcome, Refusal> {
     let Some(directory) = &arguments.resume else {
-        let mode = arguments.simulated.then_some("simulated");
         let preset = arguments.preset.as_deref().unwrap_or(PRESET);
-        let base = load_scenario(preset, &arguments.common, mode)?;
+        let base = load_scenario(preset, &arguments.common, arguments.simulated)?;
         let destination = Destination::New(Place::Below(&arguments.common.out));
         return compare_from(&base, arguments, destination, setting);
     };
@@ -53,7 +52,8 @@ fn compare_from(
     let preset = arguments.preset.as_deref().unwrap_or(PRESET);
     let sizes = arguments.sizes.as_deref().unwrap_or(usual_sizes(preset).0);
     let scenarios = sized(base, sizes)?;
-    let scope = match (arguments.no_timing, arguments.timing_only) {
+    let counts_only = arguments.no_timing || arguments.simulated;
+    let scope = match (counts_only, arguments.timing_only) {
         (true, _) => Scope::Counts,
         (_, true) => Scope::Times,
         _ => Scope::All,

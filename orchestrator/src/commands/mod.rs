@@ -27,7 +27,9 @@ use crate::cli::{Cli, Command, CommonArguments, Format};
 use crate::outcome::Outcome;
 use crate::report::table::Colour;
 use crate::report::{Look, Report};
-use crate::scenario::{Base, Override, ResolvedScenario, ScenarioError, environment, load};
+use crate::scenario::{
+    Base, Override, ResolvedScenario, ScenarioError, environment, load, load_simulated,
+};
 use crate::workload::TraceError;
 use clap::CommandFactory;
 use std::io::{IsTerminal as _, Write as _};
@@ -105,20 +107,21 @@ pub fn carry_out(cli: &Cli) -> Result<Outcome, Refusal> {
     }
 }
 
-/// Reads the scenario that `argument` names, with what the command line says over it.
+/// Reads the scenario that `argument` names, with what the command line says over it; to be played on a
+/// virtual clock if `is_simulated`.
 fn load_scenario(
     argument: &str,
     common: &CommonArguments,
-    mode: Option<&'static str>,
+    is_simulated: bool,
 ) -> Result<ResolvedScenario, Refusal> {
-    load_scenario_with(argument, common, mode, Vec::new())
+    load_scenario_with(argument, common, is_simulated, Vec::new())
 }
 
 /// The same, with `last` over all of it.
 fn load_scenario_with(
     argument: &str,
     common: &CommonArguments,
-    mode: Option<&'static str>,
+    is_simulated: bool,
     last: Vec<Override>,
 ) -> Result<ResolvedScenario, Refusal> {
     let mut overrides = Vec::new();
@@ -140,8 +143,8 @@ fn load_scenario_with(
     flag("--seed", "run.seed", common.seed.map(|seed| seed.to_string()));
     flag("--wake", "fleet.wake", common.wake.map(|wake| wake.name().to_owned()));
     flag("--cores", "fleet.cores", common.cores.map(|cores| cores.to_string()));
-    flag("--simulated", "run.mode", mode.map(str::to_owned));
     overrides.extend(last);
+    let load = if is_simulated { load_simulated } else { load };
     Ok(load(&Base::from_argument(argument), environment(), &overrides)?)
 }
 

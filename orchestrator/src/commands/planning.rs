@@ -18,7 +18,7 @@ use crate::workload::{Trace, draw_at};
 use shared_types::knowledge::FleetNetwork;
 use shared_types::rng::{Purpose, Stream};
 use shared_types::scenario::{
-    Capacity, Faults, Fleet, LoadEntry, LoadStrategies, Restart, RunMode, Scenario,
+    Capacity, Faults, Fleet, LoadEntry, LoadStrategies, Restart, Scenario,
 };
 use shared_types::wire::StrategyKind;
 
@@ -55,8 +55,8 @@ pub(super) fn plan(
     let Some(first) = scenarios.first().map(|scenario| scenario.scenario().clone()) else {
         return Err(Refusal::new("no fleet size is given: `--sizes 2,3` runs two"));
     };
-    let is_simulated = first.run.mode == RunMode::Simulated;
-    let is_open = first.run.mode == RunMode::Open;
+    let is_simulated = first.run.mode.is_simulated();
+    let is_open = first.run.mode.is_open();
     let epochs = first.run.timing_epochs;
     let is_timed = epochs > 0 && !is_simulated && !is_open && scope != Scope::Counts;
     let timing = is_timed.then(|| TimingPlan {
@@ -68,7 +68,7 @@ pub(super) fn plan(
     let mut offers = Vec::new();
     for scenario in &scenarios {
         let is_loaded = load_sizes.is_none_or(|sizes| sizes.contains(&scenario.craft_count()));
-        let is_wanted = is_loaded && !is_simulated && scope != Scope::Counts;
+        let is_wanted = is_loaded && scope != Scope::Counts;
         offers.push(if is_wanted { offered(scenario)? } else { Vec::new() });
     }
     let Capacity { bursts, .. } = &first.capacity;
@@ -163,7 +163,7 @@ fn offered(scenario: &ResolvedScenario) -> Result<Vec<Offer>, Refusal> {
     let mut network = FleetNetwork::default();
     compile(scenario, run.seed, load_trial(0), &mut network);
     let fleet = network.view();
-    if let Some(path) = trace.file.as_ref().filter(|_| run.mode == RunMode::Open) {
+    if let Some(path) = trace.file.as_ref().filter(|_| run.mode.is_open()) {
         let trace = trace_from_file(path, scenario, &fleet)?;
         return Ok(vec![Offer {
             name: FILE_LOAD.to_owned(),
@@ -172,7 +172,7 @@ fn offered(scenario: &ResolvedScenario) -> Result<Vec<Offer>, Refusal> {
             strategies: LoadStrategies::All,
         }]);
     }
-    let stated = run.rate_per_s.filter(|_| load.is_empty() && run.mode == RunMode::Open);
+    let stated = run.rate_per_s.filter(|_| load.is_empty() && run.mode.is_open());
     let stated = stated.map(|rate_per_s| LoadEntry {
         name: STATED_LOAD.to_owned(),
         rate_per_s,
@@ -204,7 +204,9 @@ fn open_plan(scenario: &Scenario, offers: &[Vec<Offer>]) -> OpenPlan {
         None => given.max().unwrap_or(SLICE_NS),
     };
     let slice_ns = SLICE_NS.max(duration_ns.div_ceil(SLICES_WANTED));
-    OpenPlan { duration_ns, slice_ns, warm_up_ns: WARM_UP_NS }
+    // On a virtual clock nothing grows warm.
+    let warm_up_ns = if scenario.run.mode.is_simulated() { 0 } else { WARM_UP_NS };
+    OpenPlan { duration_ns, slice_ns, warm_up_ns }
 }
 
 /// How capacity is searched.
@@ -269,7 +271,9 @@ fn loads_of(scenario: &ResolvedScenario, offers: &[Offer], blocks: u32) -> Vec<V
         };
         let strategies: Vec<StrategyKind> =
             scenario.strategies().iter().copied().filter(bear).collect();
-        let mut entries = labels(&strategies, blocks, false);
+        // Who is simulated twice does the same twice: there is nothing to compare it with itself for.
+        let entries_of = if run.mode.is_simulated() { 1 } else { blocks };
+        let mut entries = labels(&strategies, entries_of, false);
         if let (true, Some(twice)) = (run.controls, entries.iter().find(|entry| entry.again == 1)) {
             entries.push(Label { again: Label::UNSTAMPED, ..*twice });
         }

@@ -18,7 +18,7 @@ pub fn record(arguments: &RecordArguments) -> Result<Outcome, Refusal> {
         seed: arguments.seed,
         ..CommonArguments::default()
     };
-    let scenario = load_scenario(&arguments.scenario, &common, None)?;
+    let scenario = load_scenario(&arguments.scenario, &common, false)?;
     let mut network = FleetNetwork::default();
     compile(&scenario, scenario.scenario().run.seed, arguments.trial, &mut network);
     let fleet = network.view();

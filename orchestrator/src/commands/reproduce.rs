@@ -56,7 +56,7 @@ fn reproduce_from(
     let tables = numbers(&arguments.tables)?;
     let networks = networks(&tables, arguments, setting)?;
     if !tables.iter().any(|table| FLEET_TABLES.contains(table)) {
-        let seed = load_scenario(PRESET, &arguments.common, None)?.scenario().run.seed;
+        let seed = load_scenario(PRESET, &arguments.common, false)?.scenario().run.seed;
         let report =
             Reproduction::new(&[], seed, &Deterministic::default(), &[]).with_networks(networks);
         print_report(&report, setting, arguments.common.all)?;
@@ -68,14 +68,13 @@ fn reproduce_from(
     if common.strategies.is_empty() {
         common.strategies = TABLED.to_vec();
     }
-    let mode = arguments.simulated.then_some("simulated");
     let (base, destination) = match resumed {
         Some(Resumed { scenario, unfinished, .. }) => {
             (scenario, Destination::Resumed(Box::new(unfinished)))
         }
         None => {
             let place = Place::Below(&common.out);
-            (load_scenario(PRESET, &common, mode)?, Destination::New(place))
+            (load_scenario(PRESET, &common, arguments.simulated)?, Destination::New(place))
         }
     };
     let seed = base.scenario().run.seed;
@@ -119,7 +118,7 @@ fn networks(
     if conditions.is_empty() {
         return Ok(None);
     }
-    let seed = load_scenario(PRESET, &arguments.common, None)?.scenario().run.seed;
+    let seed = load_scenario(PRESET, &arguments.common, false)?.scenario().run.seed;
     let count = arguments.networks;
     let mut progress = Line::new(setting.is_quiet, None);
     let total = conditions.len() as u64;

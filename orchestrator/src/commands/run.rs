@@ -20,13 +20,12 @@ pub fn run(
 ) -> Result<Outcome, Refusal> {
     let verb = if is_simulated && !arguments.simulated { "simulate" } else { "run" };
     let Some(directory) = &arguments.resume else {
-        let mode = is_simulated.then_some("simulated");
         let Some(name) = arguments.scenario.as_deref() else {
             return Err(Refusal::new(format!(
                 "which scenario? `{verb} two-craft` runs a preset; `list` names them all"
             )));
         };
-        let scenario = load_scenario(name, &arguments.common, mode)?;
+        let scenario = load_scenario(name, &arguments.common, is_simulated)?;
         let destination = Destination::New(Place::Below(&arguments.common.out));
         return run_from(scenario, &arguments.common, destination, verb, setting);
     };

@@ -99,7 +99,7 @@ pub fn schema() -> Result<Outcome, Refusal> {
 
 fn resolved(arguments: &ScenarioArguments) -> Result<ResolvedScenario, Refusal> {
     let common = CommonArguments { set: arguments.set.clone(), ..CommonArguments::default() };
-    load_scenario(&arguments.scenario, &common, None)
+    load_scenario(&arguments.scenario, &common, false)
 }
 
 fn pretty(value: &serde_json::Value) -> String {

@@ -27,7 +27,7 @@ pub fn solve(arguments: &SolveArguments, setting: Setting) -> Result<Outcome, Re
         seed: arguments.seed,
         ..CommonArguments::default()
     };
-    let scenario = load_scenario(&arguments.scenario, &common, None)?;
+    let scenario = load_scenario(&arguments.scenario, &common, false)?;
     let mut network = FleetNetwork::default();
     compile(&scenario, scenario.scenario().run.seed, arguments.trial, &mut network);
     let fleet = network.view();

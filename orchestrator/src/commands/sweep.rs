@@ -70,11 +70,10 @@ fn scenarios(arguments: &SweepArguments) -> Result<(Vec<Axis>, Vec<Planned>), Re
         varied = preset_axes(name).to_vec();
     }
     let axes: Vec<Axis> = varied.into_iter().map(Axis::parse).collect::<Result<_, _>>()?;
-    let mode = arguments.simulated.then_some("simulated");
     let mut cells = Vec::new();
     for values in grid(&axes)? {
         let Some(set) = overrides(&axes, &values)? else { continue };
-        let scenario = load_scenario_with(name, &arguments.common, mode, set)?;
+        let scenario = load_scenario_with(name, &arguments.common, arguments.simulated, set)?;
         cells.push((values, scenario));
     }
     if cells.is_empty() {

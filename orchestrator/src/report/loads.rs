@@ -5,6 +5,9 @@
 //! does. Not here: turn times, and anything of a search for capacity.
 
 mod parts;
+mod simulated;
+
+pub(super) use simulated::{legend as simulated_legend, of_cells as simulated_cells};
 
 use super::pairs::{ratio_cell, ratio_line};
 use super::table::{Colour, DASH, Table, column, exact, short, wrap};
@@ -26,6 +29,11 @@ const SIGNS_OF_ALL: usize = 6;
 const STAGE_SIGNS: usize = 5;
 /// Fewest blocks for which ratios are worth a place on the first screen.
 const BLOCKS_MIN: u64 = 2;
+
+/// Whether the times of all loads are of a virtual clock.
+pub(super) fn is_simulated(summary: &Summary) -> bool {
+    summary.timing.loads.iter().any(|row| row.is_simulated)
+}
 
 /// Where the orders of strategies by count, by CPU and by time to knowledge are not the same; empty
 /// where they are.
@@ -58,7 +66,8 @@ pub(super) fn first_screen(summary: &Summary, colour: Colour) -> String {
     if summary.timing.loads.is_empty() {
         return String::new();
     }
-    let mut text = format!("\n{}", main_table(summary).render(colour));
+    let table = if is_simulated(summary) { simulated::main_table } else { main_table };
+    let mut text = format!("\n{}", table(summary).render(colour));
     text += &marks(summary);
     text += &ratios(summary, colour);
     text += &stamps(summary);
@@ -109,15 +118,20 @@ fn sections(summary: &Summary, table: &mut Table, values: impl Fn(&Figures) -> V
     for rows in rows.chunk_by(|one, other| (one.size, &one.load) == (other.size, &other.load)) {
         table.section(heading(rows));
         for row in rows {
-            let asks = row.asks_every_ns.map(|every_ns| as_float(every_ns) / 1e6);
-            let mut cells = vec![row.strategy.name().to_owned(), short(asks, SIGNS)];
-            cells.extend(values(&row.figures));
-            if row.saturated.is_some() {
-                "saturated".clone_into(&mut cells[2]);
-            }
-            table.row(cells);
+            table.row(with_values(row, values(&row.figures)));
         }
     }
+}
+
+/// Name, asking interval and `values` of a row.
+fn with_values(row: &LoadFigures, values: Vec<String>) -> Vec<String> {
+    let asks = row.asks_every_ns.map(|every_ns| as_float(every_ns) / 1e6);
+    let mut cells = vec![row.strategy.name().to_owned(), short(asks, SIGNS)];
+    cells.extend(values);
+    if row.saturated.is_some() {
+        "saturated".clone_into(&mut cells[2]);
+    }
+    cells
 }
 
 /// `10 crafts, load common: 2000 writes/s, needed by 0.90 others, 3 blocks, n 2688`.
@@ -260,6 +274,9 @@ pub(super) fn legend(summary: &Summary) -> String {
     if summary.timing.loads.is_empty() {
         return String::new();
     }
+    if is_simulated(summary) {
+        return simulated::legend();
+    }
     [
         (
             "knowledge",
@@ -279,6 +296,14 @@ pub(super) fn legend(summary: &Summary) -> String {
 
 /// The tables under `--all`: quantiles with their intervals, stages, shares, costs, recovery.
 pub(super) fn details(summary: &Summary) -> Vec<(&'static str, Table)> {
+    if is_simulated(summary) {
+        return vec![
+            ("Time to knowledge, us of the virtual clock", knowledge(summary)),
+            ("Time to knowledge by hops, us of the virtual clock", parts::by_hops(summary)),
+            ("What links and recovery did, sums over blocks", parts::recovered(summary)),
+            ("Simulated, a needed application", simulated::costs(summary)),
+        ];
+    }
     vec![
         ("Time to knowledge, us", knowledge(summary)),
         ("Time to knowledge and CPU, us, 95 % intervals over blocks", intervals(summary)),
@@ -286,7 +311,7 @@ pub(super) fn details(summary: &Summary) -> Vec<(&'static str, Table)> {
         ("Stages, us, p99", stages(summary, Quantile::P99)),
         ("Median share of the parts of time to knowledge, %", parts::shares(summary)),
         ("Time to knowledge by hops, us, 95 % intervals over blocks", parts::by_hops(summary)),
-        ("Under load, a needed application", costs(summary)),
+        ("Under load, a needed application", parts::costs(summary)),
         ("What recovery did, sums over blocks", parts::recovered(summary)),
     ]
 }
@@ -351,38 +376,6 @@ fn stages(summary: &Summary, quantile: Quantile) -> Table {
             short(figures.value(&metric(*stage)).map(|ns| ns / 1e3), STAGE_SIGNS)
         });
         cells.collect()
-    });
-    table
-}
-
-fn costs(summary: &Summary) -> Table {
-    let mut table = Table::new(&[
-        column("", "strategy"),
-        column("asks", "ms"),
-        column("", "requ."),
-        column("", "trans"),
-        column("", "bytes"),
-        column("", "sleeps"),
-        column("delay", "us"),
-        column("rec.", "p50"),
-        column("known", "%"),
-        column("", "cens."),
-        column("stale", "us"),
-    ]);
-    sections(summary, &mut table, |figures| {
-        let count = |metric: &str| short(figures.value(metric), SIGNS);
-        let time = |metric: &str| short(figures.value(metric).map(|ns| ns / 1e3), SIGNS);
-        vec![
-            count("requests-per-application"),
-            count("transmissions-per-application"),
-            count("bytes-per-application"),
-            count("sleeps-per-application"),
-            time("run-delay-per-application"),
-            count("records-per-sample-p50"),
-            exact(figures.value("applied-by-end-share"), 1),
-            count("censored"),
-            time("staleness-p50"),
-        ]
     });
     table
 }

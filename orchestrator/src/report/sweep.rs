@@ -3,7 +3,7 @@
 use super::page::Page;
 use super::pictures::map::map as picture;
 use super::table::{DASH, Table, WIDTH, column, head, short, wrap};
-use super::{Look, Report, map};
+use super::{Look, Report, loads, map};
 use crate::outcome::Outcome;
 use crate::results::figure::{Figure, Figures};
 use crate::results::map::Map;
@@ -151,6 +151,31 @@ impl Sweep {
         values.map(|(axis, value)| format!("{}={value}", axis.key)).collect::<Vec<_>>().join(" ")
     }
 
+    /// The same, and how far the cell has come.
+    fn heading(&self, number: usize, state: CellState) -> String {
+        let state = match state {
+            CellState::Missing => " (not started)".to_owned(),
+            CellState::CutOff => " (cut off)".to_owned(),
+            CellState::Done(Outcome::Success) => String::new(),
+            CellState::Done(outcome) => format!(" (exit code {})", outcome.code()),
+        };
+        self.name(number) + &state
+    }
+
+    /// The table of loads that were simulated; `None` where none were, or metrics are asked for.
+    fn simulated_table(&self, look: Look) -> Option<String> {
+        let summaries = || self.cells.iter().filter_map(|cell| cell.summary.as_ref());
+        if !self.metrics.is_empty() || !summaries().any(loads::is_simulated) {
+            return None;
+        }
+        let cells = self
+            .cells
+            .iter()
+            .enumerate()
+            .map(|(number, cell)| (self.heading(number, cell.state), cell.summary.as_ref()));
+        Some(loads::simulated_cells(cells).render(look.colour) + "\n" + &loads::simulated_legend())
+    }
+
     fn main_table(&self, metrics: &[&str], look: Look) -> String {
         let units: BTreeMap<&str, &str> = self
             .cells
@@ -170,13 +195,7 @@ impl Sweep {
         }));
         table.row(unit_row);
         for (number, cell) in self.cells.iter().enumerate() {
-            let state = match cell.state {
-                CellState::Missing => " (not started)".to_owned(),
-                CellState::CutOff => " (cut off)".to_owned(),
-                CellState::Done(Outcome::Success) => String::new(),
-                CellState::Done(outcome) => format!(" (exit code {})", outcome.code()),
-            };
-            table.section(self.name(number) + &state);
+            table.section(self.heading(number, cell.state));
             for row in self.rows(cell, metrics) {
                 let load = row.load.map_or_else(String::new, |load| format!(" {load}"));
                 let mut cells = vec![format!("{}{load}", row.strategy)];
@@ -233,7 +252,7 @@ impl Report for Sweep {
         let drawn = self.map.as_ref().map_or_else(String::new, |map| map::text(map, look.colour));
         let mut text = String::new();
         if self.map.is_none() || look.all || !self.metrics.is_empty() {
-            text = self.wide_table(look);
+            text = self.simulated_table(look).unwrap_or_else(|| self.wide_table(look));
         }
         text = [drawn, text]
             .iter()

@@ -2,7 +2,7 @@
 //!
 //! Records know nothing of files, see [`super::store`]; no figure is computed here.
 
-use super::record::{Cell, Counts, Label, Overhead};
+use super::record::{Cell, Counts, Digest, Label, Overhead};
 use super::statistics::Distribution;
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
@@ -91,6 +91,21 @@ pub struct LoadRecord {
     pub sharers: f64,
     /// Share of the writes that are of boundary facts.
     pub boundary_fraction: f64,
+    /// What only the simulator knows; absent in files of real processes. Where it stands, every time of
+    /// the record is one of the virtual clock, and what a processor or a host would tell is 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulated: Option<SimulatedInterval>,
+}
+
+/// What only the simulator knows of an interval: seed and scenario decide it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SimulatedInterval {
+    /// Virtual time from the beginning until nothing was due or under way any more, ns.
+    pub virtual_ns: u64,
+    /// Digest over all home boards at the end.
+    pub board_digest: Digest,
+    /// Digest over all replica stores at the end.
+    pub replica_digest: Digest,
 }
 
 /// What recovery did in an interval, all processes that lived at its end.

@@ -40,6 +40,9 @@ pub struct LoadFigures {
     pub strategy: StrategyKind,
     /// As [`Label::again`].
     pub again: u32,
+    /// Whether its times are of a virtual clock; then nothing is compared, and no processor time is known.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_simulated: bool,
     /// How often a client asks the centre, ns; `None` without a centre.
     pub asks_every_ns: Option<u64>,
     /// Whether other strategies are compared with this row, or this with another: of a central
@@ -153,6 +156,11 @@ impl<'a> Merged<'a> {
         self.blocks.iter().map(|block| &block.record)
     }
 
+    /// Whether its times are of a virtual clock.
+    fn is_simulated(&self) -> bool {
+        self.records().any(|record| record.simulated.is_some())
+    }
+
     fn sum(&self, part: fn(&LoadRecord) -> u64) -> u64 {
         self.records().map(part).sum()
     }
@@ -221,8 +229,9 @@ impl<'a> Merged<'a> {
             load: load.clone(),
             strategy,
             again,
+            is_simulated: self.is_simulated(),
             asks_every_ns,
-            is_compared,
+            is_compared: is_compared && !self.is_simulated(),
             saturated: self.saturated(),
             saturated_blocks: self.saturated_blocks(),
             is_stationary: second_half_ratio.map(|ratio| ratio <= SECOND_HALF_RATIO_MAX),

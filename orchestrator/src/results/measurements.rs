@@ -6,7 +6,7 @@
 //! docs/data-dictionary.md explains the metrics; other programs recompute the tables from this file and
 //! the interval logs.
 
-use super::load::{CapacityRecord, LoadRecord};
+use super::load::{CapacityRecord, LoadRecord, SimulatedInterval};
 use super::reasoning;
 use super::record::{Cell, Counts, Label, Overhead, TimingRecord, TrialRecord};
 use super::recovered;
@@ -217,6 +217,11 @@ pub fn load_lines(record: &LoadRecord) -> Vec<u8> {
     rows.overhead(&record.overhead);
     for (metric, value, unit, _) in record.recovery.iter().flat_map(recovered::values) {
         rows.push(FLEET, metric, value, unit);
+    }
+    if let Some(SimulatedInterval { virtual_ns, board_digest, replica_digest }) = record.simulated {
+        rows.push(FLEET, "virtual-time", virtual_ns, "ns");
+        rows.push(FLEET, "board-digest", board_digest, "");
+        rows.push(FLEET, "replica-digest", replica_digest, "");
     }
     rows.losses(&record.losses);
     lines(rows.rows)

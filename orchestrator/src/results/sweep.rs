@@ -181,6 +181,10 @@ impl SweepFile {
     /// the load that was measured first.
     #[must_use]
     pub fn map(&self, runs: &[Option<RunData>]) -> Option<Map> {
+        if self.provenance.is_simulated {
+            // A map is of costs, which a virtual clock has none of.
+            return None;
+        }
         let copies = self.axes.iter().position(|axis| axis.key == K_BETA)?;
         self.axes.iter().position(|axis| axis.key == SIZES)?;
         let all = runs.iter().flatten().flat_map(|run| &run.loads);

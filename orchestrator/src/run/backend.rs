@@ -4,16 +4,14 @@ use super::answers::Mute;
 use super::inflict::Infliction;
 use super::recovery::Recovery;
 use super::silence::Relieved;
-use crate::supervision::signals::{Signals, StopRequest};
+use crate::supervision::signals::StopRequest;
 use crate::supervision::watch::CraftEnded;
 use agent::lockstep::Outcome;
-use agent::simulation::{SimulatedTrial, Simulation, SimulationError};
+use agent::simulation::{SimulatedTrial, SimulationError};
 use shared_types::ids::{CraftId, Firing, Turn};
 use shared_types::knowledge::FleetNetwork;
-use shared_types::time::Nanos;
-use shared_types::trace::TraceRecord;
+use shared_types::transport::SendError;
 use shared_types::transport::link::LinkCounts;
-use shared_types::transport::{SendError, clock};
 use shared_types::wire::{EpochSpec, Traffic, TrialReport};
 
 /// A trial that was played to its end.
@@ -62,8 +60,12 @@ pub struct PlayedOpen {
     pub orchestrator_sleeps: u64,
     /// The orchestrator's own traffic of class control.
     pub control: Traffic,
-    /// Who died and has a successor that played on; nobody in simulation.
+    /// Who died and has a successor that played on.
     pub dead: Vec<CraftEnded>,
+    /// What the links did where nobody but the simulator sees it; real processes report it.
+    pub links: LinkCounts,
+    /// Virtual time from the beginning until nothing was due or under way, ns; `None` for real processes.
+    pub virtual_ns: Option<u64>,
 }
 
 /// Why a trial was not played to its end.
@@ -172,53 +174,4 @@ pub trait Backend {
 
     /// From the first spawn to the first turn's command, ns; `None` in simulation and before that.
     fn ready_ns(&self) -> Option<u64>;
-}
-
-/// A simulated fleet that ends when it is asked to.
-#[derive(Debug)]
-pub struct SimulatedFleet<'a> {
-    /// The fleet.
-    pub simulation: Simulation,
-    /// Who may ask for an end.
-    pub signals: &'a mut Signals,
-    /// When the run must be over.
-    pub run_ends: Option<Nanos>,
-}
-
-impl SimulatedFleet<'_> {
-    /// Whether the run must end.
-    fn look_around(&mut self) -> Result<(), PlayError> {
-        match self.signals.poll() {
-            Ok(Some(request)) => return Err(PlayError::Stopped(request)),
-            Ok(None) => {}
-            Err(error) => return Err(PlayError::Failed(error.to_string())),
-        }
-        if self.run_ends.is_some_and(|ends| clock::now() >= ends) {
-            return Err(PlayError::TimeLimit);
-        }
-        Ok(())
-    }
-}
-
-impl Backend for SimulatedFleet<'_> {
-    fn play(&mut self, spec: &EpochSpec, network: &FleetNetwork) -> Result<Played, PlayError> {
-        self.look_around()?;
-        Ok(self.simulation.play(spec, &network.view())?.into())
-    }
-
-    fn play_open(
-        &mut self,
-        spec: &EpochSpec,
-        network: &FleetNetwork,
-    ) -> Result<PlayedOpen, PlayError> {
-        self.look_around()?;
-        let fleet = network.view();
-        let trace: Vec<Vec<TraceRecord>> = fleet.trace.iter().map(|part| part.to_vec()).collect();
-        let played = self.simulation.play_open(spec, &fleet, &trace)?;
-        Ok(PlayedOpen { reports: played.reports, is_quiet: true, ..PlayedOpen::default() })
-    }
-
-    fn ready_ns(&self) -> Option<u64> {
-        None
-    }
 }

@@ -39,7 +39,9 @@ pub fn seconds(plan: &RunPlan) -> f64 {
         let trials_s = trials * fleet.strategies.iter().map(trial_s).sum::<f64>();
         let start_s = if plan.is_simulated { 0.0 } else { START_S.0 + START_S.1 * crafts };
         let timing_s = plan.timing.map_or(0.0, |timing| timing_s(fleet, &timing, epoch_s));
-        let loads_s = plan.open.map_or(0.0, |open| loads_s(fleet, &open));
+        // On a virtual clock an interval takes what its events take, which no length says.
+        let played_open = plan.open.filter(|_| !plan.is_simulated);
+        let loads_s = played_open.map_or(0.0, |open| loads_s(fleet, &open));
         let capacity_s = plan.capacity.as_ref().map_or(0.0, |capacity| capacity_s(fleet, capacity));
         start_s + trials_s + timing_s + loads_s + capacity_s
     };

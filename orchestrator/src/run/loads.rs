@@ -7,11 +7,11 @@ use super::inflict::Infliction;
 use super::measured::Measured;
 use super::offer::Offer;
 use super::plan::{FleetPlan, LoadLabel, LoadPlan, OpenPlan};
-use super::{Ended, Runner};
+use super::{Ended, Runner, verdict};
 use crate::outcome::Outcome;
 use crate::results::event::Event;
-use crate::results::load::{LoadHistograms, LoadRecord};
-use crate::results::record::{Cell, Counts, Label, TrialEnd};
+use crate::results::load::{LoadHistograms, LoadRecord, SimulatedInterval};
+use crate::results::record::{Cell, Counts, Digest, Label, TrialEnd};
 use crate::results::statistics::as_float;
 use crate::results::store::StoreError;
 use agent::oracle::{ExpectedOpen, ObservedOpen, compare_open};
@@ -243,6 +243,7 @@ impl Bearing<'_> {
             processes: u32::try_from(played.reports.len()).unwrap_or(u32::MAX),
             sharers: as_float(needed) / as_float(boundary_writes.max(1)),
             boundary_fraction: as_float(boundary_writes) / as_float(writes.max(1)),
+            simulated: played.virtual_ns.map(|virtual_ns| simulated(virtual_ns, played)),
         }
     }
 
@@ -274,6 +275,17 @@ impl Bearing<'_> {
             bytes_received: bytes(deliveries, sum(&expected.received_records)),
         };
         Counts { replication, ..Counts::default() }
+    }
+}
+
+/// What only the simulator knows of an interval.
+fn simulated(virtual_ns: u64, played: &PlayedOpen) -> SimulatedInterval {
+    let homes = verdict::home_digests(&played.reports);
+    let replicas = played.reports.iter().map(|report| report.replica_digest);
+    SimulatedInterval {
+        virtual_ns,
+        board_digest: Digest(verdict::digest_of(homes.iter().map(|&(_, digest)| digest))),
+        replica_digest: Digest(verdict::digest_of(replicas)),
     }
 }
 

@@ -130,7 +130,11 @@ impl Measured {
             sleeps: opens(reports).map(|open| open.sleeps).sum(),
             proportional_bytes: opens(reports).map(|open| open.proportional_bytes).sum(),
         };
-        measured.saturated = measured.saturation(offer, spec.strategy, open);
+        measured.saturated = match played.virtual_ns {
+            // A virtual clock waits for everybody; only inboxes have bounds.
+            Some(_) => (losses.full_outboxes > 0).then_some(Saturation::FullOutbox),
+            None => measured.saturation(offer, spec.strategy, open),
+        };
         Ok(measured)
     }
 

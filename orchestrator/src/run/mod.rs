@@ -33,6 +33,7 @@ mod repaired;
 pub(crate) mod reports;
 mod revival;
 pub mod silence;
+mod simulated;
 mod staleness;
 pub mod strike;
 #[cfg(test)]
@@ -48,17 +49,15 @@ use crate::outcome::Outcome;
 use crate::results::event::Event;
 use crate::results::store::{Store, StoreError};
 use crate::supervision::signals::Signals;
-use agent::simulation::Simulation;
-use backend::{Backend, SimulatedFleet};
+use backend::Backend;
 use baseline::Hops;
 use epoch::Rules;
 use guard::{Sample, Spin};
 use plan::{FleetPlan, RunPlan};
 use shared_types::time::Nanos;
 use shared_types::transport::clock;
-use shared_types::transport::link::StatedLink;
-use shared_types::transport::memory::MemoryOptions;
 use shared_types::wire::StrategyKind;
+use simulated::SimulatedFleet;
 use std::collections::BTreeMap;
 
 /// What the loop tells whoever shows its progress.
@@ -151,13 +150,14 @@ impl<'a> Runner<'a> {
         fleet: &FleetPlan,
         signals: &mut Signals,
     ) -> Result<Ended, StoreError> {
-        let options = MemoryOptions { seed: self.plan.seed, ..MemoryOptions::default() };
-        let simulation = Simulation::new(fleet.scenario.craft_count(), options);
-        if let Some(link) = fleet.scenario.link_spec() {
-            simulation.network().set_link(StatedLink::new(link.clone(), self.plan.seed));
+        let links = fleet.scenario.link_spec().cloned();
+        let size = (fleet.scenario.craft_count(), self.plan.seed);
+        let mut backend =
+            SimulatedFleet::new(size, links, self.plan.restart, signals, self.run_ends);
+        match self.play_trials(&mut backend, block, fleet)? {
+            Ended::Complete => self.measure_all(&mut backend, block, fleet),
+            ended => Ok(ended),
         }
-        let mut backend = SimulatedFleet { simulation, signals, run_ends: self.run_ends };
-        self.play_trials(&mut backend, block, fleet)
     }
 
     fn play_real(

@@ -43,6 +43,15 @@ const QUIET_GRACE_PATIENCES: u64 = 2_000;
 /// An answer that takes so long comes from somebody who was stopped, ns.
 const STOPPED_NS: u64 = 100_000_000;
 
+/// How long after the end of the interval of `spec` a fleet may be restless before it is given up, ns.
+pub(super) fn grace_ns(spec: &EpochSpec) -> u64 {
+    let asks_every_ns = spec.open.map_or(0, |open| open.asks_every_ns);
+    let patience_ns = spec.recovery.map_or(0, |recovery| recovery.patience_ns);
+    QUIET_GRACE_NS
+        .saturating_add(asks_every_ns.saturating_mul(QUIET_GRACE_EXCHANGES))
+        .saturating_add(patience_ns.saturating_mul(QUIET_GRACE_PATIENCES))
+}
+
 impl RealFleet<'_> {
     /// Plays the trace of `network` as `spec.open` says.
     pub(super) fn play_interval(
@@ -71,11 +80,7 @@ impl RealFleet<'_> {
         let orchestrator_sleeps =
             self.lastingly(spec, started, &mut dead, |fleet| fleet.sleep(ends))?;
         let orchestrator_cpu_ns = clock::process_cpu().since(cpu_start);
-        let exchanges_ns = open.asks_every_ns.saturating_mul(QUIET_GRACE_EXCHANGES);
-        let recovery_ns = spec
-            .recovery
-            .map_or(0, |recovery| recovery.patience_ns.saturating_mul(QUIET_GRACE_PATIENCES));
-        let grace_ns = QUIET_GRACE_NS.saturating_add(exchanges_ns).saturating_add(recovery_ns);
+        let grace_ns = grace_ns(spec);
         let is_quiet = self.lastingly(spec, started, &mut dead, |fleet| {
             let given_up = clock::now().max(ends).plus(grace_ns);
             fleet.await_quiet(spec, given_up)
@@ -94,6 +99,7 @@ impl RealFleet<'_> {
             orchestrator_sleeps,
             control: self.control,
             dead,
+            ..PlayedOpen::default()
         })
     }
 

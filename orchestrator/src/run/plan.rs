@@ -154,7 +154,7 @@ pub struct RunPlan {
     pub is_simulated: bool,
     /// Turn times, if they are wanted; never in simulation.
     pub timing: Option<TimingPlan>,
-    /// How loads are measured, if some are offered; never in simulation.
+    /// How loads are measured, if some are offered.
     pub open: Option<OpenPlan>,
     /// How capacity is searched, if it is; never in simulation.
     pub capacity: Option<CapacityPlan>,

@@ -25,6 +25,8 @@ pub(super) fn mended(played: &PlayedOpen, losses: Losses) -> (LoadRecovery, Loss
         done += report.counters.recovered;
         records_missed += report.open.as_ref().map_or(0, |open| open.records_missed);
     }
+    let mut links = losses.links;
+    links += played.links;
     let recovery = LoadRecovery {
         deaths: played.dead.len() as u64,
         records_missed,
@@ -32,7 +34,7 @@ pub(super) fn mended(played: &PlayedOpen, losses: Losses) -> (LoadRecovery, Loss
         given_up: done.given_up,
         learnt: done.learnt,
         states_missed: done.states_missed,
-        links: losses.links,
+        links,
         dropped: losses.full_outboxes,
     };
     let lost = Losses { gaps: 0, old_incarnation: 0, full_outboxes: 0, ..losses };

@@ -154,14 +154,15 @@ fn add_process(
 }
 
 /// Digest of every home board, wherever it lives, by craft.
-fn home_digests(reports: &[TrialReport]) -> Vec<(u32, u64)> {
+pub(super) fn home_digests(reports: &[TrialReport]) -> Vec<(u32, u64)> {
     let mut homes: Vec<(u32, u64)> =
         reports.iter().flat_map(|report| report.board_digests.iter().copied()).collect();
     homes.sort_unstable();
     homes
 }
 
-fn digest_of(digests: impl IntoIterator<Item = u64>) -> u64 {
+/// One digest over `digests`.
+pub(super) fn digest_of(digests: impl IntoIterator<Item = u64>) -> u64 {
     let mut hasher = Xxh3::new();
     for digest in digests {
         hasher.update(&digest.to_le_bytes());

@@ -5,7 +5,7 @@ use super::nearest::suggestion;
 use shared_types::ids::CraftId;
 use shared_types::knowledge::{NetworkError, Topology};
 use shared_types::limits::{CRAFTS_MIN, REAL_CRAFTS_MAX, SIMULATED_CRAFTS_MAX};
-use shared_types::scenario::{CraftCount, RunMode, Scenario, Tier, Tree};
+use shared_types::scenario::{CraftCount, Scenario, Tier, Tree};
 use std::collections::BTreeMap;
 
 /// One craft; its id is its place in the fleet.
@@ -72,7 +72,7 @@ fn check_count(scenario: &Scenario, count: u64) -> Result<(), Finding> {
         )
         .help(format!("use at most {SIMULATED_CRAFTS_MAX} in simulation")));
     }
-    if scenario.run.mode != RunMode::Simulated && count > u64::from(REAL_CRAFTS_MAX) {
+    if !scenario.run.mode.is_simulated() && count > u64::from(REAL_CRAFTS_MAX) {
         return Err(Finding::at(
             place,
             format!(

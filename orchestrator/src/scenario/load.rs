@@ -11,6 +11,7 @@ use super::error::ScenarioError;
 use super::nearest::nearest;
 use super::preset::{self, Preset};
 use super::resolve::ResolvedScenario;
+use shared_types::scenario::Scenario;
 use std::path::{Path, PathBuf};
 
 /// Where a scenario starts from.
@@ -115,6 +116,30 @@ pub fn load(
     variables: impl IntoIterator<Item = (String, String)>,
     overrides: &[Override],
 ) -> Result<ResolvedScenario, ScenarioError> {
+    load_with(base, variables, overrides, |_| {})
+}
+
+/// The same, to be played on a virtual clock: turns where the scenario states turns, its open mode where
+/// it states that.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_simulated(
+    base: &Base,
+    variables: impl IntoIterator<Item = (String, String)>,
+    overrides: &[Override],
+) -> Result<ResolvedScenario, ScenarioError> {
+    load_with(base, variables, overrides, |scenario| {
+        scenario.run.mode = scenario.run.mode.simulated();
+    })
+}
+
+fn load_with(
+    base: &Base,
+    variables: impl IntoIterator<Item = (String, String)>,
+    overrides: &[Override],
+    change: impl FnOnce(&mut Scenario),
+) -> Result<ResolvedScenario, ScenarioError> {
     let (label, text, name) = base.read()?;
     let mut layers = Layers::default();
     layers.push(label, &text);
@@ -124,7 +149,7 @@ pub fn load(
     for Override { label, text } in variables.chain(overrides.iter().cloned()) {
         layers.push(label, &text);
     }
-    resolve_layers(&layers, &name)
+    resolve_layers(&layers, &name, change)
 }
 
 /// Checks a scenario that stands in memory, as `load` does one in a file; `label` is what errors call
@@ -142,7 +167,7 @@ pub fn load_text(
     for Override { label, text } in overrides {
         layers.push(label, text);
     }
-    resolve_layers(&layers, label)
+    resolve_layers(&layers, label, |_| {})
 }
 
 /// The variables of this process that may set a key, for [`load`].
@@ -154,9 +179,14 @@ pub fn environment() -> impl Iterator<Item = (String, String)> {
         .filter(|(name, _)| name.starts_with("SLATESWARM_"))
 }
 
-fn resolve_layers(layers: &Layers, name: &str) -> Result<ResolvedScenario, ScenarioError> {
+fn resolve_layers(
+    layers: &Layers,
+    name: &str,
+    change: impl FnOnce(&mut Scenario),
+) -> Result<ResolvedScenario, ScenarioError> {
     let document = layers.parse()?;
     let mut scenario = document.deserialize()?;
+    change(&mut scenario);
     if scenario.name.is_empty() {
         name.clone_into(&mut scenario.name);
     }

@@ -36,7 +36,7 @@ mod validate;
 pub use compile::compile;
 pub use error::{Position, ScenarioError};
 pub use fleet::Craft;
-pub use load::{Base, Override, environment, load, load_text};
+pub use load::{Base, Override, environment, load, load_simulated, load_text};
 pub use names::NameTable;
 pub(crate) use nearest::nearest;
 pub use positions::LinkTable;

@@ -6,7 +6,7 @@ use shared_types::limits::{
     ASKING_INTERVALS_MAX, ASKING_MS_MAX, CHANGES_PER_FIRING_MAX, DURATION_S_MAX, LOADS_MAX,
     RATE_PER_S_MAX, TRACE_RECORDS_MAX,
 };
-use shared_types::scenario::{LoadEntry, RunMode, Scenario};
+use shared_types::scenario::{LoadEntry, Scenario};
 
 /// Checks everything that only open mode reads.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Finding> {
@@ -116,15 +116,11 @@ fn check_length(scenario: &Scenario) -> Result<(), Finding> {
         return Err(Finding::at(place!["load"], "[[load]] beside `trace.file`")
             .help("a file has its own times: leave out one of the two"));
     }
-    if run.mode == RunMode::Open
-        && load.is_empty()
-        && trace.file.is_none()
-        && run.rate_per_s.is_none()
-    {
-        return Err(Finding::at(place!["run", "mode"], "mode `open` without a rate")
+    if run.mode.is_open() && load.is_empty() && trace.file.is_none() && run.rate_per_s.is_none() {
+        return Err(Finding::at(place!["run", "mode"], "open mode without a rate")
             .help("set `run.rate-per-s`, state some [[load]], or name a `trace.file`"));
     }
-    let is_drawn = !load.is_empty() || (run.mode == RunMode::Open && trace.file.is_none());
+    let is_drawn = !load.is_empty() || (run.mode.is_open() && trace.file.is_none());
     if is_drawn && run.duration_s.is_none() {
         let place = if load.is_empty() { place!["run", "mode"] } else { place!["load"] };
         return Err(Finding::at(place, "nothing says how long the load lasts")

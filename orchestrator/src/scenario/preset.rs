@@ -10,12 +10,13 @@ pub struct Preset {
 }
 
 /// All presets, in the order of `list`.
-pub const PRESETS: [Preset; 10] = [
+pub const PRESETS: [Preset; 11] = [
     Preset { name: "compare", text: include_str!("../../presets/compare.toml") },
     Preset { name: "paper", text: include_str!("../../presets/paper.toml") },
     Preset { name: "campaign", text: include_str!("../../presets/campaign.toml") },
     Preset { name: "map", text: include_str!("../../presets/map.toml") },
     Preset { name: "map-small", text: include_str!("../../presets/map-small.toml") },
+    Preset { name: "lossy-links", text: include_str!("../../presets/lossy-links.toml") },
     Preset { name: "two-craft", text: include_str!("../../presets/two-craft.toml") },
     Preset { name: "planetary-survey", text: include_str!("../../presets/planetary-survey.toml") },
     Preset { name: "hierarchy-13", text: include_str!("../../presets/hierarchy-13.toml") },

@@ -40,7 +40,7 @@ pub(super) fn check(
 
 fn check_turn(turn: u32, scenario: &Scenario, place: &Place) -> Result<(), Finding> {
     let (turns, mode) = (scenario.run.turns, scenario.run.mode);
-    if mode == RunMode::Open {
+    if mode.is_open() {
         return Err(Finding::at(place.then("at-turn"), "an interval of open mode has no turns")
             .help("give `at-s`, the seconds from its beginning"));
     }

@@ -15,7 +15,7 @@ use super::validate;
 use shared_types::ids::{ActionId, CraftId};
 use shared_types::knowledge::{BoardNetwork, Topology};
 use shared_types::scenario::{
-    ActionEntry, CraftCount, OneOrMany, Restart, RunMode, Scenario, SendPolicy, Trace,
+    ActionEntry, CraftCount, OneOrMany, ProcessFault, Restart, RunMode, Scenario, SendPolicy, Trace,
 };
 use shared_types::wire::{EpochSpec, LinkSpec, RecoverySpec, StrategyKind};
 
@@ -173,7 +173,8 @@ impl ResolvedScenario {
         }
     }
 
-    /// How real processes repair in an interval of open mode what they lose, where they are to.
+    /// How processes, real and simulated, repair in an interval of open mode what they lose, where they
+    /// are to.
     #[must_use]
     pub fn open_recovery(&self) -> Option<RecoverySpec> {
         open_recovery(&self.scenario, self.link.as_ref())
@@ -235,36 +236,42 @@ impl ResolvedScenario {
 /// What the scenario states and this version only checks, or the mode ignores.
 fn notices(scenario: &Scenario, has_links: bool) -> Vec<String> {
     let Scenario { faults, run, .. } = scenario;
-    let is_simulated = run.mode == RunMode::Simulated;
-    let is_offered = run.mode == RunMode::Open || (!is_simulated && !scenario.load.is_empty());
+    let is_simulated = run.mode.is_simulated();
+    let is_offered = run.mode.is_open() || !scenario.load.is_empty();
+    let has_turns = !run.mode.is_open();
+    let is_in_turns = |fault: &ProcessFault| fault.at_turn.is_some();
     let notices = [
         (
             run.mode == RunMode::Lockstep && has_links,
             "`link` acts in simulation and in open mode, not in real lockstep",
         ),
         (
-            run.rate_per_s.is_some() && !(run.mode == RunMode::Open && scenario.load.is_empty()),
-            "`run.rate-per-s` acts in `record`, and in mode `open` without a `[[load]]`",
+            run.rate_per_s.is_some() && !(run.mode.is_open() && scenario.load.is_empty()),
+            "`run.rate-per-s` acts in `record`, and in open mode without a `[[load]]`",
         ),
         (
             run.duration_s.is_some() && !is_offered,
-            "`run.duration-s` acts in `record` and in mode `open`",
+            "`run.duration-s` acts in `record` and in open mode",
         ),
         (
             scenario.trace != Trace::default() && !is_offered,
-            "`trace` acts in `record` and in mode `open`",
+            "`trace` acts in `record` and in open mode",
         ),
         (
-            is_simulated && !scenario.load.is_empty(),
-            "a `[[load]]` is offered to real processes only",
+            is_simulated && !scenario.capacity.bursts.is_empty(),
+            "`capacity` is searched on real processes only",
         ),
         (
-            !faults.process.is_empty() && is_simulated,
-            "`faults.process` acts on real processes only",
+            is_simulated && faults.process.iter().any(is_in_turns),
+            "a `faults.process` with `at-turn` acts on real processes only",
         ),
         (
-            faults.restart == Restart::OnFailure && is_simulated,
-            "`faults.restart` acts on real processes only",
+            is_simulated && !is_offered && faults.process.iter().any(|fault| !is_in_turns(fault)),
+            "a `faults.process` with `at-s` acts in intervals of open mode",
+        ),
+        (
+            is_simulated && has_turns && faults.restart == Restart::OnFailure,
+            "`faults.restart` acts on real processes and in intervals of open mode",
         ),
     ];
     let applying = notices.into_iter().filter(|(applies, _)| *applies);

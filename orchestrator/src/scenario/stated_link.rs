@@ -9,7 +9,7 @@
 use super::fleet::Craft;
 use super::names::NameTable;
 use shared_types::limits::{INBOX_SAMPLES, REAL_PATIENCE_NS};
-use shared_types::scenario::{Outage, Restart, RunMode, Scenario};
+use shared_types::scenario::{Outage, Restart, Scenario};
 use shared_types::transport::link::carried_ns;
 use shared_types::wire::{CutOff, LinkSpec, OutageSpec, RecoverySpec};
 
@@ -86,7 +86,7 @@ pub(super) fn simulated_recovery(
     scenario: &Scenario,
     link: Option<&LinkSpec>,
 ) -> Option<RecoverySpec> {
-    let link = link.filter(|link| scenario.run.mode == RunMode::Simulated && link.is_faulty())?;
+    let link = link.filter(|link| scenario.run.mode.is_simulated() && link.is_faulty())?;
     Some(RecoverySpec::patient(patience_ns(scenario, link, PATIENCE_NS)))
 }
 

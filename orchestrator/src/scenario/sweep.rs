@@ -26,6 +26,7 @@ pub fn preset_axes(preset: &str) -> &'static [&'static str] {
     match preset {
         "map" => &["fleet.crafts=3,5,10,20", "k-beta=0.25,0.5,1,2,4,8"],
         "map-small" => &["fleet.crafts=4,10", "k-beta=0.5,1,2,4"],
+        "lossy-links" => &["link.loss=0,0.1,0.25,0.5,0.75"],
         _ => &[],
     }
 }

@@ -5,7 +5,7 @@ use super::generate::shared_facts;
 use shared_types::knowledge::BoardNetwork;
 use shared_types::limits::PLANNED_ITEMS_MAX;
 use shared_types::reasoning::Policy;
-use shared_types::scenario::{GeneratedNetwork, LinkingModel, RunMode, Scenario};
+use shared_types::scenario::{GeneratedNetwork, LinkingModel, Scenario};
 use shared_types::wire::StrategyKind;
 
 /// Checks the section against the mission's `boards`, which are empty where networks are generated.
@@ -57,7 +57,7 @@ pub(super) fn notices(scenario: &Scenario, strategies: &[StrategyKind]) -> Vec<S
     let is_asked = reasoning.has_upkeep() || reasoning.policy != Policy::Random;
     let central = strategies.iter().find(|strategy| strategy.has_centre());
     let mut notices = Vec::new();
-    if is_asked && scenario.run.mode == RunMode::Open {
+    if is_asked && scenario.run.mode.is_open() {
         notices.push("`[reasoning]` acts in turns; no rule runs in mode `open`".to_owned());
     } else if reasoning.has_upkeep()
         && let Some(strategy) = central

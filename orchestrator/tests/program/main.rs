@@ -23,6 +23,7 @@ mod resume;
 #[path = "../support/mod.rs"]
 mod shared;
 mod simulated;
+mod simulated_open;
 mod stated_faults;
 mod sweep;
 mod terminal;

@@ -29,13 +29,13 @@ pub struct Run {
     /// with, and one that is slowed down on purpose: a comparison must find the second and no
     /// difference between the first two. Default `false`.
     pub controls: bool,
-    /// Writes per second that the fleet is offered in `open` mode, where no `[[load]]` is stated.
+    /// Writes per second that the fleet is offered in open mode, where no `[[load]]` is stated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_per_s: Option<f64>,
-    /// Length of the measured interval in `open` mode, s; of a trace from a file default its own.
+    /// Length of the measured interval in open mode, s; of a trace from a file default its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// How often a client of the centre asks in `open` mode when it has no other reason to, ms: each
+    /// How often a client of the centre asks in open mode when it has no other reason to, ms: each
     /// interval is measured, the middle one compared with other strategies. Default `[1, 3, 10]`.
     pub asks_every_ms: Vec<f64>,
 }
@@ -70,4 +70,26 @@ pub enum RunMode {
     Simulated,
     /// Real processes, a trace of writes replayed on its schedule.
     Open,
+    /// The same trace in one process, on a virtual clock.
+    SimulatedOpen,
+}
+
+impl RunMode {
+    /// Whether all crafts live in one process, on a virtual clock.
+    #[must_use]
+    pub const fn is_simulated(self) -> bool {
+        matches!(self, Self::Simulated | Self::SimulatedOpen)
+    }
+
+    /// Whether a trace is replayed and no trial is played.
+    #[must_use]
+    pub const fn is_open(self) -> bool {
+        matches!(self, Self::Open | Self::SimulatedOpen)
+    }
+
+    /// What plays the same on a virtual clock.
+    #[must_use]
+    pub const fn simulated(self) -> Self {
+        if self.is_open() { Self::SimulatedOpen } else { Self::Simulated }
+    }
 }

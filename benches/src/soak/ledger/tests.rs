@@ -71,6 +71,7 @@ fn record(part: u32, has_faults: bool) -> LoadRecord {
         processes: 10,
         sharers: 1.0,
         boundary_fraction: 0.5,
+        simulated: None,
     }
 }
 

@@ -1,4 +1,5 @@
-//! What time to knowledge is made of, its parts and the hops that a change came over; and what recovery did.
+//! What time to knowledge is made of, its parts and the hops that a change came over; what it costs; and what
+//! recovery did.
 
 use super::{SIGNS, STAGE_SIGNS, sections};
 use crate::report::table::{Table, column, exact, short};
@@ -63,10 +64,10 @@ pub(super) fn recovered(summary: &Summary) -> Table {
     const SHOWN: [(&str, &str, &str); 8] = [
         ("", "deaths", "recovery-deaths"),
         ("records", "missed", "recovery-records-missed"),
-        ("lost", "on links", "recovery-lost-on-link"),
+        ("lost", "links", "recovery-lost-on-link"),
         ("lost", "dropped", "recovery-dropped"),
-        ("", "sent again", "recovery-repeats"),
-        ("", "given up", "recovery-given-up"),
+        ("", "again", "recovery-repeats"),
+        ("given", "up", "recovery-given-up"),
         ("states", "learnt", "recovery-learnt"),
         ("states", "missed", "recovery-states-missed"),
     ];
@@ -87,5 +88,38 @@ pub(super) fn recovered(summary: &Summary) -> Table {
             table.row(cells);
         }
     }
+    table
+}
+
+/// What a needed application costs besides CPU time, and what became of the rest.
+pub(super) fn costs(summary: &Summary) -> Table {
+    let mut table = Table::new(&[
+        column("", "strategy"),
+        column("asks", "ms"),
+        column("", "requ."),
+        column("", "trans"),
+        column("", "bytes"),
+        column("", "sleeps"),
+        column("delay", "us"),
+        column("rec.", "p50"),
+        column("known", "%"),
+        column("", "cens."),
+        column("stale", "us"),
+    ]);
+    sections(summary, &mut table, |figures| {
+        let count = |metric: &str| short(figures.value(metric), SIGNS);
+        let time = |metric: &str| short(figures.value(metric).map(|ns| ns / 1e3), SIGNS);
+        vec![
+            count("requests-per-application"),
+            count("transmissions-per-application"),
+            count("bytes-per-application"),
+            count("sleeps-per-application"),
+            time("run-delay-per-application"),
+            count("records-per-sample-p50"),
+            exact(figures.value("applied-by-end-share"), 1),
+            count("censored"),
+            time("staleness-p50"),
+        ]
+    });
     table
 }

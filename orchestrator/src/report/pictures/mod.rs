@@ -28,6 +28,10 @@ use crate::results::summary::Summary;
 /// Every picture that the run carries data for, in the order of the page.
 #[must_use]
 pub fn gallery(run: &RunData, summary: &Summary, published: &[PublishedMean]) -> Vec<Picture> {
+    if summary.timing.loads.iter().any(|row| row.is_simulated) {
+        // Pictures of times are of measured ones.
+        return requests::requests(summary, published).into_iter().collect();
+    }
     let mut pictures = knowledge::knowledge(run, summary);
     pictures.extend(shares::shares(summary));
     pictures.extend(by_hops::by_hops(summary));

@@ -227,7 +227,9 @@ fn values(run: &RunData) -> Values {
             (record.turns > 0).then(|| as_float(record.fleet_cpu_ns) / as_float(record.turns));
         add(what("CPU a turn"), label, block, cpu);
     }
-    for record in run.loads.iter().map(|loaded| &loaded.record) {
+    // What was simulated has no times.
+    let measured = run.loads.iter().map(|loaded| &loaded.record);
+    for record in measured.filter(|record| record.simulated.is_none()) {
         let what = |metric| (record.cell.size, record.load.clone(), record.asks_every_ns, metric);
         let (label, block) = (record.label(), record.cell.block);
         let knowledge = record.stages.get(&Stage::Knowledge).filter(|_| record.saturated.is_none());

@@ -7,12 +7,66 @@ use crate::results::recovered;
 use crate::results::statistics::{as_float, mean_of, ratio_of_sums};
 use std::collections::BTreeSet;
 
-/// A count of one block.
-type PartOf = fn(&LoadRecord) -> u64;
+/// Metric, unit and label of a count of one block, and where it is from.
+type Part = (&'static str, &'static str, &'static str, fn(&LoadRecord) -> u64);
+
+/// What is sent and received.
+const TRAFFIC: [Part; 6] = [
+    ("requests-per-application", "request", "requests sent", |record| {
+        record.counts.replication.requests
+    }),
+    ("transmissions-per-application", "sample", "samples published", |record| {
+        record.counts.total().transmissions
+    }),
+    ("deliveries-per-application", "sample", "samples received", |record| {
+        record.counts.total().deliveries
+    }),
+    ("bytes-per-application", "byte", "records and headers published", |record| {
+        record.counts.total().bytes_sent
+    }),
+    (
+        "further-transmissions-per-application",
+        "sample",
+        "repeats, receipts, digests and states published",
+        |record| record.overhead.repair.transmissions + record.overhead.ack.transmissions,
+    ),
+    (
+        "further-bytes-per-application",
+        "byte",
+        "records and headers of repeats, receipts, digests and states",
+        |record| record.overhead.repair.bytes_sent + record.overhead.ack.bytes_sent,
+    ),
+];
+
+/// What processes do while they do nothing.
+const WAITING: [Part; 2] = [
+    ("sleeps-per-application", "sleep", "times that a process slept", |record| record.sleeps),
+    ("run-delay-per-application", "ns", "time that processes waited for a core", |record| {
+        record.run_delay_ns
+    }),
+];
 
 impl Merged<'_> {
-    /// What a needed application costs: CPU time, traffic, sleep.
+    /// What a needed application costs: CPU time, traffic, sleep; of what was simulated traffic alone.
     pub(super) fn add_costs(&self, floor: Option<&Self>, add: &mut Adding<'_>) {
+        self.add_each(&TRAFFIC, add);
+        if !self.is_simulated() {
+            self.add_cpu(floor, add);
+            self.add_each(&WAITING, add);
+        }
+    }
+
+    /// Each of `parts` a needed application.
+    fn add_each(&self, parts: &[Part], add: &mut Adding<'_>) {
+        let needed = self.sum(|record| record.needed);
+        for &(metric, unit, label, part) in parts {
+            let value = ratio_of_sums(self.records().map(|record| (part(record), record.needed)));
+            add.figure(metric, value, needed, unit, &format!("{label}, a needed application"));
+            add.figures.within(metric, middle_of(self.ratios(|r| (part(r), r.needed))));
+        }
+    }
+
+    fn add_cpu(&self, floor: Option<&Self>, add: &mut Adding<'_>) {
         let needed = self.sum(|record| record.needed);
         let cost = |own: &Self| ratio_of_sums(own.records().map(|r| (r.fleet_cpu_ns, r.needed)));
         let own = cost(self);
@@ -31,34 +85,6 @@ impl Merged<'_> {
             self.costs.iter().zip(&floor.costs).map(|(own, floor)| own - floor).collect()
         });
         add.figures.within(metric, middle_of(differences));
-        let per_application: [(&str, &'static str, &str, PartOf); 6] = [
-            ("requests-per-application", "request", "requests sent", |record| {
-                record.counts.replication.requests
-            }),
-            ("transmissions-per-application", "sample", "samples published", |record| {
-                record.counts.total().transmissions
-            }),
-            ("deliveries-per-application", "sample", "samples received", |record| {
-                record.counts.total().deliveries
-            }),
-            ("bytes-per-application", "byte", "records and headers published", |record| {
-                record.counts.total().bytes_sent
-            }),
-            ("sleeps-per-application", "sleep", "times that a process slept", |record| {
-                record.sleeps
-            }),
-            (
-                "run-delay-per-application",
-                "ns",
-                "time that processes waited for a core",
-                |record| record.run_delay_ns,
-            ),
-        ];
-        for (metric, unit, label, part) in per_application {
-            let value = ratio_of_sums(self.records().map(|record| (part(record), record.needed)));
-            add.figure(metric, value, needed, unit, &format!("{label}, a needed application"));
-            add.figures.within(metric, middle_of(self.ratios(|r| (part(r), r.needed))));
-        }
     }
 
     /// What was offered, known, read and used beside that.
@@ -84,12 +110,13 @@ impl Merged<'_> {
         whole("needed", needed, "application", "applications that the trace needs");
         let label = "applications never seen: at least (end - intended)";
         whole("censored", self.sum(|r| r.censored), "application", label);
-        let largest = |part: fn(&LoadRecord) -> u64| self.records().map(part).max().unwrap_or(0);
-        let label = "proportional memory of the fleet";
-        whole("proportional", largest(|r| r.proportional_bytes), "byte", label);
-        let cpu = self.records().map(|r| (r.orchestrator_cpu_ns, r.duration_ns));
-        let cpu = ratio_of_sums(cpu).map(|share| 100.0 * share);
-        add.figure("orchestrator-cpu", cpu, n, "%", "CPU time of the orchestrator, of a core");
+        if !self.is_simulated() {
+            let memory = self.records().map(|record| record.proportional_bytes).max().unwrap_or(0);
+            whole("proportional", memory, "byte", "proportional memory of the fleet");
+            let cpu = self.records().map(|r| (r.orchestrator_cpu_ns, r.duration_ns));
+            let cpu = ratio_of_sums(cpu).map(|share| 100.0 * share);
+            add.figure("orchestrator-cpu", cpu, n, "%", "CPU time of the orchestrator, of a core");
+        }
         let copies = self.records().map(|record| record.sharers * record.boundary_fraction);
         add.figure("copies", mean_of(copies), n, "1", "other boards that a write is needed at");
         let names: BTreeSet<(&String, &String)> = self

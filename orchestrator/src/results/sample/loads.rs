@@ -83,8 +83,7 @@ pub(crate) fn load(
         distributions.insert(Stage::Knowledge, said(&merged(&knowledge)));
     }
     let share = |share: f64| BTreeMap::from([("wake".to_owned(), share)]);
-    let counts =
-        Counts { replication: traffic(if is_null { 0 } else { needed }, 1), ..Counts::default() };
+    let counts = Counts { replication: traffic(applied, 1), ..Counts::default() };
     let record = LoadRecord {
         cell,
         again,
@@ -121,6 +120,7 @@ pub(crate) fn load(
         processes: cell.size + u32::from(cell.strategy.has_centre()),
         sharers: 1.0,
         boundary_fraction: 0.9,
+        simulated: None,
     };
     let histograms =
         LoadHistograms { slice_ns: SLICE_NS, knowledge, stages, staleness: Some(staleness) };

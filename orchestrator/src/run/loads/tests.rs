@@ -74,8 +74,17 @@ const MS: u64 = 1_000_000;
 /// Offers two loads to a simulated fleet of five; returns how the run ends, what was kept, and what was
 /// played.
 fn offer_loads(change: fn(&mut PlayedOpen)) -> (Outcome, RunData, Vec<EpochSpec>) {
-    let settings = ["fleet.crafts=5", "trace.reads-per-s=500"];
-    let settings = settings.map(|setting| Override::set(setting).expect("a setting"));
+    offer_loads_with(&[], change)
+}
+
+/// The same where `more` is set in the scenario.
+fn offer_loads_with(
+    more: &[&str],
+    change: fn(&mut PlayedOpen),
+) -> (Outcome, RunData, Vec<EpochSpec>) {
+    let settings = [&["fleet.crafts=5", "trace.reads-per-s=500"][..], more].concat();
+    let settings: Vec<Override> =
+        settings.into_iter().map(|setting| Override::set(setting).expect("a setting")).collect();
     let scenario = load(&Base::Preset("generated".to_owned()), [], &settings).expect("a preset");
     let mut draws = Stream::new(1, 0, Purpose::Order, 0);
     let processors = Processors::of_cores(vec![vec![0]]);
@@ -175,6 +184,22 @@ fn a_count_that_is_not_the_replays_breaks_the_run() {
     let told = run.events.iter().filter(|line| matches!(line.event, Event::Discrepancy { .. }));
     assert!(told.count() > 0);
     assert_eq!(run.loads.len(), 10, "what was measured is kept");
+}
+
+#[test]
+fn a_board_that_is_not_what_the_trace_demands_breaks_a_run_that_recovers() {
+    let lossy = ["link.loss=0.1"];
+    let (outcome, run, _) = offer_loads_with(&lossy, |_| {});
+    assert_eq!(outcome, Outcome::Success);
+    assert!(run.loads.iter().all(|cell| cell.record.recovery.is_some()));
+    let (outcome, run, _) = offer_loads_with(&lossy, |played| {
+        let open = played.reports[2].open.as_mut().expect("an interval of open mode");
+        open.held.remove(0);
+    });
+    assert_eq!(outcome, Outcome::Broken);
+    assert!(run.events.iter().any(|line| matches!(line.event, Event::Discrepancy { .. })));
+    let (outcome, _, _) = offer_loads_with(&lossy, |played| played.is_quiet = false);
+    assert_eq!(outcome, Outcome::Partial, "a fleet that finds no rest has lost something");
 }
 
 #[test]

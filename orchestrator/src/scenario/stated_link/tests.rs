@@ -1,9 +1,10 @@
 //! What each key of `[link]` makes of single samples, and when a fleet repairs it.
 
-use super::{RunMode, simulated_recovery};
+use super::simulated_recovery;
 use crate::scenario::{ResolvedScenario, load_text};
 use shared_types::ids::CraftId;
 use shared_types::limits::REAL_PATIENCE_NS;
+use shared_types::scenario::RunMode;
 use shared_types::time::Nanos;
 use shared_types::transport::link::{Link, StatedLink, Verdict};
 use shared_types::wire::{Class, HEADER_BYTES, Header, Kind, RecoverySpec, StrategyKind};

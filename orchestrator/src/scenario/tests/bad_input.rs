@@ -291,7 +291,7 @@ fn numbers_out_of_bounds() {
 + [run]\ntrials = 0 | 2:10 | `run.trials` is 0 | use 1
 + [run]\nseed = -1 | 2:8 | `seed` takes a whole number | seed of everything
 + [run]\nturn-limit-ms = 0 | 2:17 | `run.turn-limit-ms` is 0 | use 1
-+ [run]\nmode = "open" | 2:8 | mode `open` without a rate | `run.rate-per-s`
++ [run]\nmode = "open" | 2:8 | open mode without a rate | `run.rate-per-s`
 + [run]\nmode = "open"\nrate-per-s = 5 | 2:8 | nothing says how long | `run.duration-s`
 + [[load]]\nname = "a"\nrate-per-s = 5 | 1:3 | nothing says how long | `run.duration-s`
 + [[load]]\nname = "a"\nrate-per-s = 0 | 3:14 | a rate of 0 is impossible | more than 0

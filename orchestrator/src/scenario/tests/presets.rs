@@ -1,13 +1,15 @@
 //! Every preset reads, checks, compiles, and survives being written back.
 
 use crate::scenario::{
-    Base, NameTable, Override, PRESETS, ResolvedScenario, compile, find_preset, load, load_text,
+    Base, NameTable, Override, PRESETS, ResolvedScenario, compile, find_preset, load,
+    load_simulated, load_text,
 };
 use agent::lockstep::Outcome;
 use agent::oracle::{Observed, Replay, compare};
 use agent::simulation::Simulation;
 use shared_types::ids::{CraftId, FactId};
 use shared_types::knowledge::FleetNetwork;
+use shared_types::scenario::RunMode;
 use shared_types::transport::link::StatedLink;
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::wire::{EpochSpec, LinkSpec, StrategyKind};
@@ -90,9 +92,24 @@ fn every_mission_reaches_its_final_fact_in_every_trial() {
 }
 
 #[test]
+fn what_is_simulated_plays_turns_or_its_open_mode_and_is_written_back_so() {
+    for known in PRESETS {
+        let stated = preset(known.name).scenario().run.mode;
+        let simulated = load_simulated(&Base::Preset(known.name.to_owned()), [], &[]).unwrap();
+        let mode = simulated.scenario().run.mode;
+        assert!(mode.is_simulated() && mode.is_open() == stated.is_open(), "{}", known.name);
+        let again = load_text("scenario.resolved.toml", &simulated.to_toml(), &[]).unwrap();
+        assert_eq!(again.scenario().run.mode, mode, "{}", known.name);
+    }
+    let open = load_simulated(&Base::Preset("map".to_owned()), [], &[]).unwrap();
+    assert_eq!(open.scenario().run.mode, RunMode::SimulatedOpen);
+}
+
+#[test]
 fn every_preset_plays_as_replayed_under_all_its_strategies() {
     for known in PRESETS {
-        let scenario = preset(known.name);
+        // Only simulated turns repair what links do.
+        let scenario = load_simulated(&Base::Preset(known.name.to_owned()), [], &[]).unwrap();
         let network = compiled(&scenario);
         let fleet = network.view();
         let mut simulation = Simulation::new(fleet.craft_count(), MemoryOptions::default());
