@@ -21,6 +21,10 @@ use shared_types::transport::link::StatedLink;
 use shared_types::transport::memory::MemoryOptions;
 use shared_types::wire::{EpochSpec, LinkSpec};
 
+/// How many times as long as a real fleet a simulated one may be restless: nobody waits for virtual time, and
+/// over links that lose three of four samples whoever asks in vain asks less and less often.
+const GRACE_FACTOR: u64 = 20;
+
 /// A simulated fleet that ends when it is asked to.
 #[derive(Debug)]
 pub(super) struct SimulatedFleet<'a> {
@@ -128,7 +132,8 @@ impl Backend for SimulatedFleet<'_> {
         self.look_around()?;
         let fleet = network.view();
         let trace: Vec<Vec<TraceRecord>> = fleet.trace.iter().map(|part| part.to_vec()).collect();
-        let conditions = Conditions { faults: self.befalling()?, rest_ns: Some(grace_ns(spec)) };
+        let rest_ns = Some(grace_ns(spec).saturating_mul(GRACE_FACTOR));
+        let conditions = Conditions { faults: self.befalling()?, rest_ns };
         let mut simulation = fresh(self.crafts, self.seed, self.links.as_ref());
         let played = simulation.play_open_under(spec, &fleet, &trace, &conditions)?;
         Ok(PlayedOpen {
