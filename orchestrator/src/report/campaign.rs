@@ -231,7 +231,7 @@ fn legend(figures: &CampaignFigures) -> String {
             "failed    ",
             "hang: a bound on waiting was reached; clean: what the dead held was not freed; start: no \
              successor, or a loss that was counted; left: files or processes; lost: counts that are \
-             not the replay's with no loss counted; board: boards that are not",
+             not the replay's with no loss counted; board: boards that are not the replay's",
         )
         + &wrap(
             "recovery  ",
