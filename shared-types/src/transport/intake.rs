@@ -97,9 +97,14 @@ impl Intake {
         header: &Header,
         payload: &[u8],
     ) -> Result<Option<Destination>, Refusal> {
-        let (_, kind) = header.verify(payload, self.run)?;
+        let (class, kind) = header.verify(payload, self.run)?;
         let is_from_orchestrator = header.source == CraftId::ORCHESTRATOR.0;
         if header.source >= self.craft_count && !is_from_orchestrator {
+            return Err(Refusal::Record);
+        }
+        if !class.is_between_crafts() && !is_from_orchestrator && self.own != CraftId::ORCHESTRATOR
+        {
+            // No craft commands another.
             return Err(Refusal::Record);
         }
         let is_unaddressed = header.destination == CraftId::NONE.0;

@@ -7,7 +7,7 @@ use crate::fleet::{
 use shared_types::ids::CraftId;
 use shared_types::limits::{INBOX_PAYLOAD_BYTES, INBOX_SAMPLES, OUTBOX_SAMPLES};
 use shared_types::transport::{Destination, Peers, SendError};
-use shared_types::wire::{FORMAT_VERSION, Header, Losses};
+use shared_types::wire::{Class, FORMAT_VERSION, Header, Kind, Losses};
 
 /// The capacities that the laws are about, as sample numbers.
 const INBOX: u32 = 64;
@@ -28,6 +28,7 @@ macro_rules! for_every_law {
             a_payload_above_the_bound_is_refused_and_leaves_no_gap
             damaged_and_foreign_samples_are_refused_and_counted
             samples_of_strangers_and_for_others_are_refused
+            no_craft_commands_another
             an_older_life_is_refused_and_a_newer_one_starts_over
             a_gap_is_counted_and_what_follows_still_arrives
             a_repeat_is_counted_and_not_handed_over
@@ -252,6 +253,16 @@ pub(crate) fn samples_of_strangers_and_for_others_are_refused(fleet: &mut dyn Fl
     fleet.inject(1, forged(fleet, |header| header.destination = CraftId::ORCHESTRATOR.0), b"data");
     assert!(receive(fleet, 1).is_empty());
     assert_eq!(take_losses(fleet), Losses { refused: 3, ..Losses::default() });
+}
+
+pub(crate) fn no_craft_commands_another(fleet: &mut dyn Fleet) {
+    let stop = forged(fleet, |header| {
+        let Header { class, kind, .. } = Header::new(Class::Control, Kind::Stop);
+        (header.class, header.kind) = (class, kind);
+    });
+    fleet.inject(1, stop, b"data");
+    assert!(receive(fleet, 1).is_empty());
+    assert_eq!(take_losses(fleet), Losses { refused: 1, ..Losses::default() });
 }
 
 pub(crate) fn an_older_life_is_refused_and_a_newer_one_starts_over(fleet: &mut dyn Fleet) {
