@@ -1,6 +1,6 @@
 //! However a run ends: its exit code, what can be read afterwards, and that nothing is left.
 
-use crate::invocation::{CraftSeen, Finished, Invocation, Place, RunsSeen};
+use crate::invocation::{CraftSeen, Finished, Invocation, Place, RunsSeen, ignores};
 use crate::shared::{is_gone, until};
 use orchestrator::results::event::Event;
 use orchestrator::supervision::heartbeat::SILENCE_NS;
@@ -113,7 +113,7 @@ fn closed_terminal_ends_the_run() {
     // A terminal says so to the whole group, some of them twice.
     run.invocation.signal_group(Signal::HUP);
     run.invocation.signal_group(Signal::HUP);
-    if is_hangup_ignored() {
+    if ignores(std::process::id(), Signal::HUP) {
         // Started below `nohup`, and so is everything that the tests start.
         let epochs = run.place.epochs_done();
         run.place.await_epochs(epochs + 5);
@@ -121,13 +121,6 @@ fn closed_terminal_ends_the_run() {
         run.invocation.signal(Signal::TERM);
     }
     run.ends(143);
-}
-
-/// Whether whoever started the tests had them ignore SIGHUP.
-fn is_hangup_ignored() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
-    u64::from_str_radix(ignored.trim(), 16).unwrap() & 1 != 0
 }
 
 #[test]

@@ -229,6 +229,15 @@ impl Invocation {
     }
 }
 
+/// Whether process `pid` ignores `signal`, as every process does at first whose starter did: one below
+/// `nohup` does so with SIGHUP, one that a script started in the background with SIGINT.
+pub(crate) fn ignores(pid: u32, signal: Signal) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.map_or(0, |ignored| u64::from_str_radix(ignored.trim(), 16).unwrap());
+    ignored >> (signal.as_raw() - 1) & 1 != 0
+}
+
 impl Drop for Invocation {
     fn drop(&mut self) {
         // Both do nothing if it was waited for already.

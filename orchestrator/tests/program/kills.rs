@@ -5,7 +5,7 @@
 //! A few kills by default; `SLATESWARM_KILLS=200` for the long version, `SLATESWARM_KILLS_SEED=N` to
 //! repeat what a failure printed.
 
-use crate::invocation::{CraftSeen, Finished, Invocation, Place, RunsSeen};
+use crate::invocation::{CraftSeen, Finished, Invocation, Place, RunsSeen, ignores};
 use crate::shared::until;
 use orchestrator::results::event::{Event, ProcessEnd};
 use rustix::process::Signal;
@@ -75,9 +75,11 @@ impl Kill {
     fn signal_orchestrator(&self, place: &Place, signal: Signal) -> (Finished, RunsSeen) {
         let (invocation, instant) = self.start(place);
         let mut runs = RunsSeen::default();
+        // What whoever started the tests ignores is ignored until the orchestrator's own handlers are there.
+        let is_heeded = || !ignores(invocation.pid(), signal);
         until("the instant", || {
             runs.look(place);
-            (clock::now() >= instant).then_some(())
+            (clock::now() >= instant && is_heeded()).then_some(())
         });
         invocation.signal(signal);
         runs.look(place);
